@@ -1,0 +1,17 @@
+# Warnings and flags of our own targets, in one place.
+function(cbr_target target)
+  target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion)
+  if(CBR_NATIVE)
+    target_compile_options(${target} PRIVATE -march=native)
+  endif()
+endfunction()
+
+# cbr_test(NAME SOURCES a.cpp ... LIBRARIES cbr_common): one GoogleTest program, one ctest entry a test.
+function(cbr_test name)
+  cmake_parse_arguments(ARG "" "TIMEOUT" "SOURCES;LIBRARIES" ${ARGN})
+  add_executable(${name} ${ARG_SOURCES})
+  target_link_libraries(${name} PRIVATE ${ARG_LIBRARIES} GTest::gtest_main)
+  target_compile_definitions(${name} PRIVATE CBR_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
+  cbr_target(${name})
+  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 600)
+endfunction()

@@ -1,0 +1,2 @@
+include(CbrFindLibrary)
+cbr_find_library(ARPACK ARPACK::ARPACK HEADER arpack.h NAMES arpack SUFFIXES arpack)

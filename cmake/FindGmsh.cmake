@@ -1,0 +1,2 @@
+include(CbrFindLibrary)
+cbr_find_library(Gmsh Gmsh::Gmsh HEADER gmsh.h NAMES gmsh)

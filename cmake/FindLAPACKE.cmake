@@ -1,0 +1,2 @@
+include(CbrFindLibrary)
+cbr_find_library(LAPACKE LAPACKE::LAPACKE HEADER lapacke.h NAMES lapacke lapack)

@@ -1,0 +1,2 @@
+include(CbrFindLibrary)
+cbr_find_library(OpenBLAS OpenBLAS::OpenBLAS HEADER openblas_config.h NAMES openblas SUFFIXES openblas-pthread)

@@ -1,0 +1,2 @@
+include(CbrFindLibrary)
+cbr_find_library(SuiteSparse SuiteSparse::CHOLMOD HEADER cholmod.h NAMES cholmod SUFFIXES suitesparse)

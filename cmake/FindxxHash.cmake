@@ -1,0 +1,2 @@
+include(CbrFindLibrary)
+cbr_find_library(xxHash xxHash::xxHash HEADER xxhash.h NAMES xxhash)

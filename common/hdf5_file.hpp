@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// RAII over the HDF5 C library, Eigen <-> dataset. The only code that includes hdf5.h is hdf5_file.cpp.
+// Row-major in the file, without time stamps: the same contents give the same bytes.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/types.hpp"
+
+namespace cbr {
+
+// Writes to a temporary file beside `file`; commit() renames it. Without commit() nothing is left behind.
+// Groups on the way are made. RunError names the path when the system refuses.
+class Hdf5Writer {
+ public:
+  explicit Hdf5Writer(const std::filesystem::path& file);
+  ~Hdf5Writer();
+  Hdf5Writer(const Hdf5Writer&) = delete;
+  Hdf5Writer& operator=(const Hdf5Writer&) = delete;
+
+  void write(const std::string& dataset, double value);                      // shape (1)
+  void write(const std::string& dataset, const Vector& values);              // shape (n)
+  void write(const std::string& dataset, const std::vector<double>& values);
+  void write(const std::string& dataset, const std::vector<Index>& values);  // int64
+  void write(const std::string& dataset, const std::vector<int>& values);    // int64
+  void write(const std::string& dataset, const IndexTable& values);          // int64, rows x columns
+  void write(const std::string& dataset, const Matrix& values);              // rows x columns, row-major in the file
+  void write(const std::string& dataset, const Points& values);
+  void attribute(const std::string& object, const std::string& name, const std::string& value);  // object "/" is the root
+  void attribute(const std::string& object, const std::string& name, Index value);
+  void attribute(const std::string& object, const std::string& name, double value);
+  void commit();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+// InputError "FILE: /dataset: ..." for what is missing, of the wrong type or shape, or not readable (truncated).
+class Hdf5Reader {
+ public:
+  explicit Hdf5Reader(const std::filesystem::path& file);
+  ~Hdf5Reader();
+  Hdf5Reader(const Hdf5Reader&) = delete;
+  Hdf5Reader& operator=(const Hdf5Reader&) = delete;
+
+  bool has(const std::string& object) const;
+  std::vector<std::string> children(const std::string& group) const;         // by name
+  std::vector<std::string> attributes(const std::string& object) const;
+  std::vector<Index> shape(const std::string& dataset) const;
+  double read_scalar(const std::string& dataset) const;
+  Vector read_vector(const std::string& dataset) const;
+  Matrix read_matrix(const std::string& dataset) const;
+  Points read_points(const std::string& dataset) const;
+  std::vector<Index> read_indices(const std::string& dataset) const;
+  IndexTable read_index_table(const std::string& dataset) const;
+  std::string read_string(const std::string& object, const std::string& attribute) const;
+  Index read_index(const std::string& object, const std::string& attribute) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace cbr

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A finite element mesh: nodes, element blocks, sidesets, nodesets. Node order inside an element and side numbers are
+// those of Exodus II, whatever file the mesh came from.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "common/mesh/element_type.hpp"
+#include "common/types.hpp"
+
+namespace cbr {
+
+struct Block {
+  std::string name;
+  Index id = 0;
+  ElementType type = ElementType::hex8;
+  IndexTable connectivity;         // n_e x nodes per element, indices into Mesh::coordinates
+  std::vector<Index> element_ids;  // n_e, unique in the mesh
+};
+
+struct Side {
+  Index block = 0;    // index into Mesh::blocks
+  Index element = 0;  // row of the block's connectivity
+  int side = 1;       // from 1, as Exodus II numbers the sides of the block's element type
+  friend bool operator==(const Side&, const Side&) = default;
+};
+
+struct Sideset {
+  std::string name;
+  Index id = 0;
+  std::vector<Side> sides;
+};
+
+struct Nodeset {
+  std::string name;
+  Index id = 0;
+  std::vector<Index> nodes;  // ascending, unique
+};
+
+struct Mesh {
+  Points coordinates;            // n x 3, the user's unit of length
+  std::vector<Index> node_ids;   // n, unique
+  std::vector<Block> blocks;     // volume blocks first or not: ask the type's dimension
+  std::vector<Sideset> sidesets; // a face may be in several
+  std::vector<Nodeset> nodesets;
+};
+
+// Reads .msh (gmsh 2.2, 4.1), .exo .e .g .ncf .nc4 (Exodus II). InputError names the file and what is wrong in it:
+// missing, truncated, an element type that is not supported, a side of no element, a repeated id.
+Mesh read_mesh(const std::filesystem::path& file);
+
+// Writes by suffix: .msh (4.1) or .exo .e .g (Exodus II, netCDF-4... classic model). To a temporary name, renamed when whole.
+void write_mesh(const Mesh& mesh, const std::filesystem::path& file);
+
+// Index of the named set or -1.
+Index find_sideset(const Mesh& mesh, const std::string& name);
+Index find_nodeset(const Mesh& mesh, const std::string& name);
+
+// Node indices of a set, ascending and unique; the name may be a sideset's or a nodeset's. InputError lists the names there are.
+std::vector<Index> set_nodes(const Mesh& mesh, const std::string& name);
+
+}  // namespace cbr

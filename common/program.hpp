@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What the three programs share on the command line: --help, --version, --quiet, --verbose, --threads, and how they end.
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "common/report.hpp"
+
+namespace CLI { class App; }
+
+namespace cbr {
+
+struct CommonOptions {
+  bool quiet = false, verbose = false;
+  int threads = 0;                       // 0: all processors
+  Verbosity verbosity() const;
+};
+
+void add_common_options(CLI::App& app, CommonOptions& options);
+
+// Bounds the threads of BLAS (and of ours) to `threads`, 0: all processors.
+void set_threads(int threads);
+int n_threads();
+
+// Parses, runs `body`, maps the outcome to the exit code: 0 done, 1 RunError or an unexpected exception, 2 InputError or usage.
+int run_program(CLI::App& app, int argc, char** argv, const std::function<void()>& body);
+
+const char* version();                   // "0.1.0"
+
+}  // namespace cbr

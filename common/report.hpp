@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Banner, progress, warnings, timings, summary: the only code that prints. All of it goes to stderr.
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/types.hpp"
+
+namespace cbr {
+
+enum class Verbosity { quiet, normal, verbose };
+
+class Report {
+ public:
+  Report(std::string program, Verbosity verbosity);
+
+  void line(const std::string& text);       // not when quiet
+  void detail(const std::string& text);     // --verbose only
+  void warning(const std::string& text);    // always; counted
+  int n_warnings() const { return n_warnings_; }
+
+  // "reading block.msh  42 %": redrawn in place, only when stderr is a terminal and not quiet, at most ten times a second.
+  void progress(const std::string& what, double fraction);
+  void end_progress();
+
+  // Adds the time since construction to `phase` when it goes out of scope.
+  class Phase {
+   public:
+    Phase(Report& report, std::string name);
+    ~Phase();
+    Phase(const Phase&) = delete;
+   private:
+    Report& report_;
+    std::string name_;
+    std::chrono::steady_clock::time_point start_;
+  };
+  Phase phase(std::string name) { return Phase(*this, std::move(name)); }
+  double seconds(const std::string& phase) const;   // 0 when there was none
+
+  // Wall time by phase, total, peak memory.
+  void timings();
+
+ private:
+  std::string program_;
+  Verbosity verbosity_;
+  int n_warnings_ = 0;
+  bool in_progress_ = false;
+  std::vector<std::pair<std::string, double>> phases_;
+  std::chrono::steady_clock::time_point start_, last_progress_;
+};
+
+double peak_memory_bytes();                         // of this process
+std::string human_bytes(double bytes);              // "3.2 GB"
+std::string human_seconds(double seconds);          // "1.24 s", "3 min 12 s"
+
+}  // namespace cbr

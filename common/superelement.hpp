@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The superelement: the one contract between the programs. formats.md, "Superelement file", is its file.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "common/assembly.hpp"
+#include "common/mesh/surface.hpp"
+#include "common/types.hpp"
+
+namespace cbr {
+
+// Coordinates q = [q_k; u_c]: k fixed-interface modal coordinates, then c interface dofs. K_kc = 0 and M_kk = I are implied.
+struct Superelement {
+  std::string basis = "craig-bampton";
+  std::string content_hash;            // of the inputs: content_hash() of common/content_hash.hpp
+
+  Vector eigenvalues;                  // k, (rad/s)^2, ascending with pick: frequency; any order with pick: participation
+  Matrix K_cc, M_cc;                   // c x c, symmetric
+  Matrix M_kc;                         // k x c
+
+  std::vector<Index> dof_node;         // c, index into node_ids
+  std::vector<int> dof_component;      // c, 0 1 2 = x y z
+
+  std::vector<Index> node_ids;         // n, the mesh's
+  Points coordinates;                  // n x 3
+  std::vector<Surface> surfaces;       // /interface/NAME; faces index node_ids. Empty for an interface given by nodesets only.
+  std::map<std::string, std::vector<Index>> nodesets;  // /nodesets/NAME (extension): indices into node_ids
+
+  RigidBody rigid_body;                // of the full component
+
+  // Optional diagonal form: M = reduced mass, V^T M V = I, V^T K V = diag(omega^2). Rigid modes first, omega = 0 exactly.
+  Vector omega;                        // n = k + c, rad/s, ascending; empty when not stored
+  Matrix V;                            // n x n; column j is mode j, rows in the order of q
+
+  // Optional recovery of the interior: u_I = Psi u_c + Phi q_k.
+  struct Recovery {
+    std::vector<Index> node_ids;       // interior nodes, mesh ids
+    Points coordinates;
+    Matrix Psi, Phi;                   // 3 n_I x c, 3 n_I x k
+    std::vector<Block> blocks;         // connectivity by position in [interface nodes; interior nodes]
+  };
+  std::vector<Recovery> recovery;      // none or one
+
+  std::map<std::string, std::string> provenance;   // attributes of /provenance
+
+  Index k() const { return eigenvalues.size(); }
+  Index c() const { return static_cast<Index>(dof_node.size()); }
+  Index n() const { return k() + c(); }
+  bool has_diagonal_form() const { return omega.size() > 0; }
+};
+
+// What a caller does not need is not read: a run in diagonal form does not touch K_cc.
+struct SuperelementParts {
+  bool matrices = true;    // K_cc, M_cc, M_kc
+  bool diagonal = true;
+  bool recovery = true;
+};
+
+// InputError naming the field: wrong shape, non-finite, non-symmetric (1e-10 of the scale), index out of range, negative mass, ...
+void check(const Superelement& superelement, const std::string& where);
+
+// InputError: missing file, not HDF5, truncated, wrong `format`, a higher major version, a missing or wrong dataset, each by name.
+Superelement read_superelement(const std::filesystem::path& file, const SuperelementParts& parts = {});
+
+// check()s, writes to a temporary name beside `file`, renames. Same contents, same bytes. RunError when the disk refuses.
+void write_superelement(const Superelement& superelement, const std::filesystem::path& file);
+
+// Root attribute only: cheap test whether a file is up to date. Empty when there is no readable superelement.
+std::string read_content_hash(const std::filesystem::path& file);
+
+// Full reduced matrices in the order [k; c].
+Matrix reduced_stiffness(const Superelement& superelement);
+Matrix reduced_mass(const Superelement& superelement);
+
+// Rigid motions in reduced coordinates, n x 6 about `center`: [0; R_c].
+Matrix reduced_rigid_modes(const Superelement& superelement, const Vector3& center);
+
+// rho_res for x, y, z: the share of a rigid translation's kinetic energy that sits in M_cc - M_kc^T M_kc (method.md).
+Vector3 residual_mass_share(const Superelement& superelement);
+
+}  // namespace cbr
