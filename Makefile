@@ -1,0 +1,43 @@
+# The two commands of README, and what they are made of. `make help` lists all.
+BUILD  ?= build
+JOBS   ?= $(shell nproc)
+PRESET ?= release
+# Debian's own Python: the one that Debian's python3-h5py and python3-matplotlib belong to.
+PYTHON ?= /usr/bin/python3
+export PYTHON
+
+.PHONY: help packages build test demo install check bench clean
+.DEFAULT_GOAL := help
+
+help:
+	@echo "make demo      packages, build, the paper's block impact through all three programs, plots"
+	@echo "make test      packages, build, all tests"
+	@echo "make build     the three programs, in $(BUILD)/bin"
+	@echo "make check     format and include directions, without building"
+	@echo "make packages  install the Debian packages of packages.txt (apt-get; sudo when not root)"
+	@echo "make install   build and install under PREFIX (default /usr/local)"
+	@echo "make clean     remove $(BUILD) and what the examples wrote"
+
+packages:
+	@scripts/install-packages packages.txt
+
+build: packages
+	cmake --preset $(PRESET) -B $(BUILD)
+	cmake --build $(BUILD) --parallel $(JOBS)
+
+test: build check
+	ctest --test-dir $(BUILD) --output-on-failure --parallel $(JOBS)
+
+check:
+	@$(PYTHON) tests/check_includes.py
+
+demo: build
+	$(MAKE) -C tests/cases/block-impact BIN=$(abspath $(BUILD))/bin
+
+PREFIX ?= /usr/local
+install: build
+	cmake --install $(BUILD) --prefix $(PREFIX)
+
+clean:
+	rm -rf $(BUILD)
+	$(MAKE) -C tests/cases/block-impact clean

@@ -1,0 +1,18 @@
+# The installed package: headers under include/cbr, libraries, and cbrConfig.cmake.
+include(CMakePackageConfigHelpers)
+
+set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/cbr)
+foreach(part common reducer skinner dynamics)
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/${part} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/cbr FILES_MATCHING PATTERN "*.hpp")
+  if(TARGET cbr_${part})
+    set_target_properties(cbr_${part} PROPERTIES EXPORT_NAME ${part})
+    install(TARGETS cbr_${part} EXPORT cbrTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+  endif()
+endforeach()
+install(EXPORT cbrTargets NAMESPACE cbr:: DESTINATION ${package_dir})
+configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/cbrConfig.cmake.in ${PROJECT_BINARY_DIR}/cbrConfig.cmake
+  INSTALL_DESTINATION ${package_dir})
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/cbrConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+file(GLOB find_modules ${PROJECT_SOURCE_DIR}/cmake/Find*.cmake)
+install(FILES ${PROJECT_BINARY_DIR}/cbrConfig.cmake ${PROJECT_BINARY_DIR}/cbrConfigVersion.cmake
+  ${PROJECT_SOURCE_DIR}/cmake/CbrFindLibrary.cmake ${find_modules} DESTINATION ${package_dir})
