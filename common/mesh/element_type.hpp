@@ -24,4 +24,12 @@ int n_sides(ElementType type);             // faces of a volume element; 0 for s
 const std::vector<int>& side_nodes(ElementType type, int side);
 FaceKind side_kind(ElementType type, int side);
 
+int n_corners(ElementType type);
+int n_corners(FaceKind kind);
+
+// Node i of the mirrored element is node mirrored_order(type)[i] of the original one: a reflected mesh whose elements are
+// reordered so keeps positive volumes, and shells the side that they look to. An involution.
+const std::vector<int>& mirrored_order(ElementType type);
+int mirrored_side(ElementType type, int side);  // the number that the side gets by it; volume elements
+
 }  // namespace cbr

@@ -54,9 +54,24 @@ Mesh read_mesh(const std::filesystem::path& file);
 // Writes by suffix: .msh (4.1) or .exo .e .g (Exodus II, netCDF-4... classic model). To a temporary name, renamed when whole.
 void write_mesh(const Mesh& mesh, const std::filesystem::path& file);
 
-// Index of the named set or -1.
+// Index of the named block, or -1.
+Index find_block(const Mesh& mesh, const std::string& name);
+
+// Index of the named set or -1. An unnamed Exodus set is called surface_ID / nodelist_ID (as SEACAS does); its bare number is
+// accepted for it too.
 Index find_sideset(const Mesh& mesh, const std::string& name);
 Index find_nodeset(const Mesh& mesh, const std::string& name);
+
+// Nodes of one side of an element, as mesh node indices, in the order of side_nodes(). Sides of shells as in Exodus II: 1 and 2
+// are the two faces (the second one turned over), 3 and up the edges. InputError for a side that the element does not have.
+std::vector<Index> nodes_of_side(const Mesh& mesh, const Side& side);
+
+// Names of the sidesets and nodesets that there are, for messages: "contact, tip (sidesets); clamp (nodesets)".
+std::string set_names(const Mesh& mesh);
+
+// Throws InputError for what no reader may hand on: node indices out of range, a repeated node or element id, a non-finite
+// coordinate, a side of no element, two blocks or two sidesets of one name. `where` starts the message: the file.
+void check_mesh(const Mesh& mesh, const std::string& where);
 
 // Node indices of a set, ascending and unique; the name may be a sideset's or a nodeset's. InputError lists the names there are.
 std::vector<Index> set_nodes(const Mesh& mesh, const std::string& name);

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "common/mesh/mesh.hpp"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <limits>
+
+#include "common/error.hpp"
+#include "sample_meshes.hpp"
+
+namespace cbr {
+namespace {
+
+std::string message_of(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Mesh, findsByNameAndByNumberOfAnUnnamedSet) {
+  Mesh mesh = test::brick(1, 1, 1);
+  EXPECT_EQ(find_sideset(mesh, "x_max"), 1);
+  EXPECT_EQ(find_sideset(mesh, "2"), -1);
+  mesh.sidesets[1].name = "surface_2";
+  EXPECT_EQ(find_sideset(mesh, "2"), 1);
+  EXPECT_EQ(find_nodeset(mesh, "2"), -1);
+  mesh.nodesets = {{"nodelist_7", 7, {3}}};
+  EXPECT_EQ(find_nodeset(mesh, "7"), 0);
+  EXPECT_EQ(set_nodes(mesh, "7"), std::vector<Index>{3});
+}
+
+TEST(Mesh, namesWhatThereIsWhenASetIsMissing) {
+  Mesh mesh = test::brick(1, 1, 1);
+  mesh.nodesets = {{"clamp", 7, {3}}};
+  const auto message = message_of([&] { set_nodes(mesh, "x_mx"); });
+  for (const char* part : {"'x_mx'", "did you mean 'x_max'", "x_min, x_max (sidesets)", "clamp (nodesets)"})
+    EXPECT_NE(message.find(part), std::string::npos) << message;
+}
+
+TEST(Mesh, sidesOfShellsAreFacesAndEdges) {
+  const Mesh zoo = test::zoo();
+  const Index b = find_block(zoo, "block of quad8");
+  const Index first = zoo.blocks[b].connectivity(0, 0);
+  EXPECT_EQ(nodes_of_side(zoo, {b, 0, 1}).size(), 8U);
+  EXPECT_EQ(nodes_of_side(zoo, {b, 0, 2}).size(), 8U);
+  EXPECT_EQ(nodes_of_side(zoo, {b, 0, 6}), (std::vector<Index>{first + 3, first, first + 7}));
+  EXPECT_THROW(nodes_of_side(zoo, {b, 0, 7}), InputError);
+}
+
+TEST(Mesh, checkNamesTheFault) {
+  EXPECT_NO_THROW(check_mesh(test::zoo(), "zoo"));
+  const auto fault = [](const std::function<void(Mesh&)>& damage) {
+    Mesh mesh = test::zoo();
+    damage(mesh);
+    return message_of([&] { check_mesh(mesh, "zoo.msh"); });
+  };
+  EXPECT_NE(fault([](Mesh& m) { m.node_ids[3] = m.node_ids[1]; }).find("zoo.msh: node id 8 is used twice"), std::string::npos);
+  EXPECT_NE(fault([](Mesh& m) { m.blocks[1].element_ids[0] = 1000; }).find("element id 1000"), std::string::npos);
+  EXPECT_NE(fault([](Mesh& m) { m.coordinates(4, 1) = std::numeric_limits<double>::quiet_NaN(); }).find("node 17"),
+            std::string::npos);
+  EXPECT_NE(fault([](Mesh& m) { m.blocks[9].connectivity(0, 3) = 5000; }).find("hex8"), std::string::npos);
+  EXPECT_NE(fault([](Mesh& m) { m.sidesets[0].sides[0].side = 9; }).find("'all sides': side 9"), std::string::npos);
+  EXPECT_NE(fault([](Mesh& m) { m.nodesets[0].nodes[0] = -1; }).find("'corners'"), std::string::npos);
+  EXPECT_NE(fault([](Mesh& m) { m.sidesets[1].name = "all sides"; }).find("two sidesets"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace cbr

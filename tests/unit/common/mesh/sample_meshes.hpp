@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Small meshes that several tests need, built without any file.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <string>
+#include <vector>
+
+#include "common/mesh/mesh.hpp"
+
+namespace cbr::test {
+
+inline constexpr std::array<ElementType, 12> all_types = {
+    ElementType::tri3,  ElementType::tri6,     ElementType::quad4,  ElementType::quad8, ElementType::quad9, ElementType::tet4,
+    ElementType::tet10, ElementType::pyramid5, ElementType::wedge6, ElementType::hex8,  ElementType::hex20, ElementType::hex27};
+
+// Each node of an element as the corners that it is the mean of: the geometry behind a node order, written down apart from
+// the tables under test. From the figures of the Exodus II manual, numbers from 0.
+inline std::vector<std::vector<int>> node_corners(ElementType type) {
+  const auto corners = [](int n) {
+    std::vector<std::vector<int>> list;
+    for (int i = 0; i < n; ++i) list.push_back({i});
+    return list;
+  };
+  const auto with = [&](int n, const std::vector<std::vector<int>>& more) {
+    auto list = corners(n);
+    list.insert(list.end(), more.begin(), more.end());
+    return list;
+  };
+  const std::vector<std::vector<int>> hex_edges = {{0, 1}, {1, 2}, {2, 3}, {3, 0}, {0, 4}, {1, 5},
+                                                   {2, 6}, {3, 7}, {4, 5}, {5, 6}, {6, 7}, {7, 4}};
+  switch (type) {
+    case ElementType::tri3:
+      return corners(3);
+    case ElementType::tri6:
+      return with(3, {{0, 1}, {1, 2}, {2, 0}});
+    case ElementType::quad4:
+      return corners(4);
+    case ElementType::quad8:
+      return with(4, {{0, 1}, {1, 2}, {2, 3}, {3, 0}});
+    case ElementType::quad9:
+      return with(4, {{0, 1}, {1, 2}, {2, 3}, {3, 0}, {0, 1, 2, 3}});
+    case ElementType::tet4:
+      return corners(4);
+    case ElementType::tet10:
+      return with(4, {{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}});
+    case ElementType::pyramid5:
+      return corners(5);
+    case ElementType::wedge6:
+      return corners(6);
+    case ElementType::hex8:
+      return corners(8);
+    case ElementType::hex20:
+      return with(8, hex_edges);
+    case ElementType::hex27: {
+      auto list = with(8, hex_edges);
+      for (const auto& more : std::vector<std::vector<int>>{
+               {0, 1, 2, 3, 4, 5, 6, 7}, {0, 1, 2, 3}, {4, 5, 6, 7}, {0, 3, 7, 4}, {1, 2, 6, 5}, {0, 1, 5, 4}, {2, 3, 7, 6}})
+        list.push_back(more);
+      return list;
+    }
+  }
+  return {};
+}
+
+// Coordinates of a straight-sided element of the type with the given corners, in Exodus order.
+inline Points element_points(ElementType type, const Points& corners) {
+  const auto parents = node_corners(type);
+  Points X = Points::Zero(static_cast<Index>(parents.size()), 3);
+  for (std::size_t i = 0; i < parents.size(); ++i)
+    for (const int corner : parents[i])
+      X.row(static_cast<Index>(i)) += corners.row(corner) / static_cast<double>(parents[i].size());
+  return X;
+}
+
+// Corners of a slightly skew, right-handed element: no symmetry that a wrong order could hide behind.
+inline Points skew_corners(ElementType type) {
+  Points X(n_corners(type), 3);
+  switch (n_corners(type)) {
+    case 3:
+      X << 0, 0, 0, 2, 0.1, 0, 0.2, 1, 0.3;
+      break;
+    case 4:
+      if (dimension(type) == 2)
+        X << 0, 0, 0, 2, 0.1, 0, 2.2, 1, 0, 0.2, 1.3, 0.1;
+      else
+        X << 0, 0, 0, 2, 0.1, 0, 0.2, 1, 0.3, 0.4, 0.3, 1.5;
+      break;
+    case 5:
+      X << 0, 0, 0, 2, 0.1, 0, 2.2, 1, 0, 0.2, 1.3, 0, 1, 0.7, 1.4;
+      break;
+    case 6:
+      X << 0, 0, 0, 2, 0.1, 0, 0.2, 1, 0.1, 0.1, 0, 1.5, 2.2, 0.2, 1.4, 0.3, 1.1, 1.7;
+      break;
+    default:
+      X << 0, 0, 0, 2, 0.1, 0, 2.2, 1, 0.1, 0.2, 1.3, 0, 0.1, 0.1, 1.5, 2.1, 0, 1.6, 2.3, 1.2, 1.7, 0.1, 1.1, 1.4;
+  }
+  return X;
+}
+
+// One element of each type, not connected, each its own block; volume elements with a sideset of every side, a nodeset of corners.
+inline Mesh zoo() {
+  Mesh mesh;
+  std::vector<Points> parts;
+  Index n = 0;
+  for (const ElementType type : all_types) {
+    Points X = element_points(type, skew_corners(type));
+    X.col(0).array() += 3.0 * static_cast<double>(parts.size());
+    Block block;
+    block.name = "block of " + std::string(name(type));
+    block.id = 10 + static_cast<Index>(parts.size());
+    block.type = type;
+    block.connectivity.resize(1, n_nodes(type));
+    for (Index i = 0; i < X.rows(); ++i) block.connectivity(0, i) = n + i;
+    block.element_ids = {1000 - 7 * static_cast<Index>(parts.size())};
+    mesh.blocks.push_back(block);
+    n += X.rows();
+    parts.push_back(X);
+  }
+  mesh.coordinates.resize(n, 3);
+  Index row = 0;
+  for (const auto& X : parts) mesh.coordinates.middleRows(row, X.rows()) = X, row += X.rows();
+  for (Index i = 0; i < n; ++i) mesh.node_ids.push_back(5 + 3 * i);
+  Sideset all{"all sides", 4, {}}, first{"first sides", 9, {}};
+  for (Index b = 0; b < static_cast<Index>(mesh.blocks.size()); ++b) {
+    const ElementType type = mesh.blocks[static_cast<std::size_t>(b)].type;
+    for (int s = 1; s <= n_sides(type); ++s) all.sides.push_back({b, 0, s});
+    if (n_sides(type) > 0) first.sides.push_back({b, 0, 1});
+  }
+  mesh.sidesets = {all, first};
+  mesh.nodesets = {{"corners", 2, {0, 9, 30}}, {"all sides", 3, {1, 2}}};
+  return mesh;
+}
+
+// n_x x n_y x n_z unit hexes with sidesets x_min, x_max.
+inline Mesh brick(Index nx, Index ny, Index nz) {
+  Mesh mesh;
+  const auto node = [&](Index i, Index j, Index k) { return i + (nx + 1) * (j + (ny + 1) * k); };
+  mesh.coordinates.resize((nx + 1) * (ny + 1) * (nz + 1), 3);
+  for (Index k = 0; k <= nz; ++k)
+    for (Index j = 0; j <= ny; ++j)
+      for (Index i = 0; i <= nx; ++i) {
+        mesh.coordinates.row(node(i, j, k)) << static_cast<double>(i), static_cast<double>(j), static_cast<double>(k);
+        mesh.node_ids.push_back(node(i, j, k) + 1);
+      }
+  Block block;
+  block.name = "solid";
+  block.id = 1;
+  block.connectivity.resize(nx * ny * nz, 8);
+  Sideset x_min{"x_min", 1, {}}, x_max{"x_max", 2, {}};
+  for (Index k = 0; k < nz; ++k)
+    for (Index j = 0; j < ny; ++j)
+      for (Index i = 0; i < nx; ++i) {
+        const auto e = static_cast<Index>(block.element_ids.size());
+        block.connectivity.row(e) << node(i, j, k), node(i + 1, j, k), node(i + 1, j + 1, k), node(i, j + 1, k), node(i, j, k + 1),
+            node(i + 1, j, k + 1), node(i + 1, j + 1, k + 1), node(i, j + 1, k + 1);
+        block.element_ids.push_back(e + 1);
+        if (i == 0) x_min.sides.push_back({0, e, 4});
+        if (i == nx - 1) x_max.sides.push_back({0, e, 2});
+      }
+  mesh.blocks.push_back(block);
+  mesh.sidesets = {x_min, x_max};
+  return mesh;
+}
+
+}  // namespace cbr::test

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "common/mesh/surface.hpp"
+
+#include <gtest/gtest.h>
+#include <Eigen/Geometry>
+
+#include <map>
+#include <set>
+
+#include "common/error.hpp"
+#include "sample_meshes.hpp"
+
+namespace cbr {
+namespace {
+
+Sideset all_sides(const Mesh& mesh) {
+  Sideset all{"all", 9, {}};
+  for (Index b = 0; b < static_cast<Index>(mesh.blocks.size()); ++b)
+    for (Index e = 0; e < mesh.blocks[b].connectivity.rows(); ++e)
+      for (int s = 1; s <= n_sides(mesh.blocks[b].type); ++s) all.sides.push_back({b, e, s});
+  return all;
+}
+
+Vector3 vector_area(const Points& X, const IndexTable& faces, Index f) {
+  const auto p = [&](Index i) -> Vector3 { return X.row(faces(f, i)).transpose(); };
+  Vector3 area = Vector3::Zero();
+  for (Index i = 1; i + 1 < faces.cols(); ++i) area += 0.5 * (p(i) - p(0)).cross(p(i + 1) - p(0));
+  return area;
+}
+
+Mesh one_element(ElementType type) {
+  Mesh mesh;
+  mesh.coordinates = test::element_points(type, test::skew_corners(type));
+  Block block{"b", 1, type, IndexTable(1, n_nodes(type)), {7}};
+  for (int i = 0; i < n_nodes(type); ++i) block.connectivity(0, i) = i, mesh.node_ids.push_back(i + 1);
+  mesh.blocks = {block};
+  return mesh;
+}
+
+TEST(Surface, innerFacesAreSharedTwiceWithOppositeSenses) {
+  const Mesh mesh = test::brick(2, 2, 1);
+  const Surface surface = extract_surface(mesh, all_sides(mesh));
+  ASSERT_EQ(surface.n_faces(), 24);
+  std::map<std::set<Index>, std::vector<Index>> shared;
+  for (Index f = 0; f < surface.n_faces(); ++f) shared[{surface.faces.row(f).begin(), surface.faces.row(f).end()}].push_back(f);
+  int inner = 0;
+  for (const auto& [nodes, faces] : shared) {
+    ASSERT_LE(faces.size(), 2U);
+    if (faces.size() == 1) continue;
+    ++inner;
+    const Vector3 sum =
+        vector_area(mesh.coordinates, surface.faces, faces[0]) + vector_area(mesh.coordinates, surface.faces, faces[1]);
+    EXPECT_LT(sum.norm(), 1e-15);
+  }
+  EXPECT_EQ(inner, 4);
+}
+
+TEST(Surface, keepsOrderElementAndSide) {
+  const Mesh mesh = test::brick(3, 2, 2);
+  const Surface surface = extract_surface(mesh, mesh.sidesets[find_sideset(mesh, "x_max")]);
+  ASSERT_EQ(surface.n_faces(), 4);
+  EXPECT_EQ(surface.kind, FaceKind::quad4);
+  EXPECT_EQ(surface.element, (std::vector<Index>{3, 6, 9, 12}));
+  EXPECT_EQ(surface.side, (std::vector<int>{2, 2, 2, 2}));
+  for (Index f = 0; f < 4; ++f) EXPECT_LT((vector_area(mesh.coordinates, surface.faces, f) - Vector3(1, 0, 0)).norm(), 1e-15);
+  EXPECT_EQ(surface_nodes(surface).size(), 9U);
+  EXPECT_EQ(surface_nodes(surface), set_nodes(mesh, "x_max"));
+}
+
+TEST(Surface, trianglesAmongQuadrilateralsRepeatTheirLastNode) {
+  const Mesh mesh = one_element(ElementType::wedge6);
+  const Surface surface = extract_surface(mesh, all_sides(mesh));
+  EXPECT_EQ(surface.kind, FaceKind::quad4);
+  Vector3 sum = Vector3::Zero();
+  for (Index f = 0; f < surface.n_faces(); ++f) sum += vector_area(mesh.coordinates, surface.faces, f);
+  EXPECT_LT(sum.norm(), 1e-14);
+  for (const Index f : {3, 4}) EXPECT_EQ(surface.faces(f, 2), surface.faces(f, 3));
+}
+
+TEST(Surface, linearFacesCoverTheFace) {
+  for (const auto type : {ElementType::tet4, ElementType::tet10, ElementType::hex8, ElementType::hex20, ElementType::hex27}) {
+    SCOPED_TRACE(name(type));
+    const Mesh mesh = one_element(type);
+    const Surface surface = extract_surface(mesh, all_sides(mesh));
+    const LinearFaces linear = linear_faces(surface);
+    std::vector<Vector3> area(surface.n_faces(), Vector3::Zero());
+    std::set<Index> nodes;
+    for (Index f = 0; f < linear.faces.rows(); ++f) {
+      area[linear.parent[f]] += vector_area(mesh.coordinates, linear.faces, f);
+      nodes.insert(linear.faces.row(f).begin(), linear.faces.row(f).end());
+    }
+    EXPECT_EQ(nodes.size(), surface_nodes(surface).size());
+    for (Index f = 0; f < surface.n_faces(); ++f) {
+      IndexTable corners = surface.faces.row(f).leftCols(n_corners(surface.kind));
+      EXPECT_LT((area[f] - vector_area(mesh.coordinates, corners, 0)).norm(), 1e-14);
+    }
+  }
+}
+
+TEST(Surface, refusesMixedQuadraticFacesAndShells) {
+  const Mesh zoo = test::zoo();
+  EXPECT_THROW(extract_surface(zoo, zoo.sidesets[0]), InputError);
+  Mesh shell = one_element(ElementType::quad4);
+  EXPECT_THROW(extract_surface(shell, {"s", 1, {{0, 0, 1}}}), InputError);
+}
+
+}  // namespace
+}  // namespace cbr
