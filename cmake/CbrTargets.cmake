@@ -1,6 +1,10 @@
 # Warnings and flags of our own targets, in one place.
 function(cbr_target target)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion)
+  # GCC 12 sees overlaps in string concatenation that are not there (GCC bug 105651).
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
+    target_compile_options(${target} PRIVATE -Wno-restrict)
+  endif()
   if(CBR_NATIVE)
     target_compile_options(${target} PRIVATE -march=native)
   endif()

@@ -13,7 +13,8 @@
 namespace cbr {
 
 // Writes to a temporary file beside `file`; commit() renames it. Without commit() nothing is left behind.
-// Groups on the way are made. RunError names the path when the system refuses.
+// Groups on the way are made. RunError names the path when the system refuses. Strings are UTF-8 of variable length, which
+// h5py reads as str. Superblock and object headers of HDF5 1.8 and later: they carry checksums.
 class Hdf5Writer {
  public:
   explicit Hdf5Writer(const std::filesystem::path& file);
@@ -21,15 +22,16 @@ class Hdf5Writer {
   Hdf5Writer(const Hdf5Writer&) = delete;
   Hdf5Writer& operator=(const Hdf5Writer&) = delete;
 
-  void write(const std::string& dataset, double value);                      // shape (1)
-  void write(const std::string& dataset, const Vector& values);              // shape (n)
+  void write(const std::string& dataset, double value);          // shape (1)
+  void write(const std::string& dataset, const Vector& values);  // shape (n)
   void write(const std::string& dataset, const std::vector<double>& values);
   void write(const std::string& dataset, const std::vector<Index>& values);  // int64
   void write(const std::string& dataset, const std::vector<int>& values);    // int64
   void write(const std::string& dataset, const IndexTable& values);          // int64, rows x columns
   void write(const std::string& dataset, const Matrix& values);              // rows x columns, row-major in the file
   void write(const std::string& dataset, const Points& values);
-  void attribute(const std::string& object, const std::string& name, const std::string& value);  // object "/" is the root
+  // Object "/" is the root; a group that is not there yet is made.
+  void attribute(const std::string& object, const std::string& name, const std::string& value);
   void attribute(const std::string& object, const std::string& name, Index value);
   void attribute(const std::string& object, const std::string& name, double value);
   void commit();
@@ -39,7 +41,8 @@ class Hdf5Writer {
   std::unique_ptr<Impl> impl_;
 };
 
-// InputError "FILE: /dataset: ..." for what is missing, of the wrong type or shape, or not readable (truncated).
+// InputError "FILE: /dataset: ..." for what is missing, of the wrong type or shape, or not readable (truncated). Nothing is
+// allocated for a dataset that claims to hold more than the file can. A scalar may be of shape () or (1).
 class Hdf5Reader {
  public:
   explicit Hdf5Reader(const std::filesystem::path& file);
@@ -47,8 +50,9 @@ class Hdf5Reader {
   Hdf5Reader(const Hdf5Reader&) = delete;
   Hdf5Reader& operator=(const Hdf5Reader&) = delete;
 
+  const std::filesystem::path& file() const;
   bool has(const std::string& object) const;
-  std::vector<std::string> children(const std::string& group) const;         // by name
+  std::vector<std::string> children(const std::string& group) const;  // by name
   std::vector<std::string> attributes(const std::string& object) const;
   std::vector<Index> shape(const std::string& dataset) const;
   double read_scalar(const std::string& dataset) const;
@@ -57,6 +61,8 @@ class Hdf5Reader {
   Points read_points(const std::string& dataset) const;
   std::vector<Index> read_indices(const std::string& dataset) const;
   IndexTable read_index_table(const std::string& dataset) const;
+  bool has_attribute(const std::string& object, const std::string& attribute) const;
+  bool is_string(const std::string& object, const std::string& attribute) const;
   std::string read_string(const std::string& object, const std::string& attribute) const;
   Index read_index(const std::string& object, const std::string& attribute) const;
 

@@ -7,13 +7,15 @@
 
 #include "common/report.hpp"
 
-namespace CLI { class App; }
+namespace CLI {
+class App;
+}
 
 namespace cbr {
 
 struct CommonOptions {
   bool quiet = false, verbose = false;
-  int threads = 0;                       // 0: all processors
+  int threads = 0;  // 0: all processors
   Verbosity verbosity() const;
 };
 
@@ -26,6 +28,6 @@ int n_threads();
 // Parses, runs `body`, maps the outcome to the exit code: 0 done, 1 RunError or an unexpected exception, 2 InputError or usage.
 int run_program(CLI::App& app, int argc, char** argv, const std::function<void()>& body);
 
-const char* version();                   // "0.1.0"
+const char* version();  // "0.1.0"
 
 }  // namespace cbr

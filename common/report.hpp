@@ -18,9 +18,9 @@ class Report {
  public:
   Report(std::string program, Verbosity verbosity);
 
-  void line(const std::string& text);       // not when quiet
-  void detail(const std::string& text);     // --verbose only
-  void warning(const std::string& text);    // always; counted
+  void line(const std::string& text);     // not when quiet
+  void detail(const std::string& text);   // --verbose only
+  void warning(const std::string& text);  // always; counted
   int n_warnings() const { return n_warnings_; }
 
   // "reading block.msh  42 %": redrawn in place, only when stderr is a terminal and not quiet, at most ten times a second.
@@ -33,13 +33,15 @@ class Report {
     Phase(Report& report, std::string name);
     ~Phase();
     Phase(const Phase&) = delete;
+    Phase& operator=(const Phase&) = delete;
+
    private:
     Report& report_;
     std::string name_;
     std::chrono::steady_clock::time_point start_;
   };
   Phase phase(std::string name) { return Phase(*this, std::move(name)); }
-  double seconds(const std::string& phase) const;   // 0 when there was none
+  double seconds(const std::string& phase) const;  // 0 when there was none
 
   // Wall time by phase, total, peak memory.
   void timings();
@@ -53,8 +55,11 @@ class Report {
   std::chrono::steady_clock::time_point start_, last_progress_;
 };
 
-double peak_memory_bytes();                         // of this process
-std::string human_bytes(double bytes);              // "3.2 GB"
-std::string human_seconds(double seconds);          // "1.24 s", "3 min 12 s"
+// "PROGRAM: error: TEXT" on one line; run_program() prints so what ended the run.
+void print_error(const std::string& program, const std::string& text);
+
+double peak_memory_bytes();                 // of this process
+std::string human_bytes(double bytes);      // "3.2 GB"
+std::string human_seconds(double seconds);  // "1.24 s", "3 min 12 s"
 
 }  // namespace cbr

@@ -16,36 +16,36 @@ namespace cbr {
 // Coordinates q = [q_k; u_c]: k fixed-interface modal coordinates, then c interface dofs. K_kc = 0 and M_kk = I are implied.
 struct Superelement {
   std::string basis = "craig-bampton";
-  std::string content_hash;            // of the inputs: content_hash() of common/content_hash.hpp
+  std::string content_hash;  // of the inputs: content_hash() of common/content_hash.hpp
 
-  Vector eigenvalues;                  // k, (rad/s)^2, ascending with pick: frequency; any order with pick: participation
-  Matrix K_cc, M_cc;                   // c x c, symmetric
-  Matrix M_kc;                         // k x c
+  Vector eigenvalues;  // k, (rad/s)^2, ascending with pick: frequency; any order with pick: participation
+  Matrix K_cc, M_cc;   // c x c, symmetric
+  Matrix M_kc;         // k x c
 
-  std::vector<Index> dof_node;         // c, index into node_ids
-  std::vector<int> dof_component;      // c, 0 1 2 = x y z
+  std::vector<Index> dof_node;     // c, index into node_ids
+  std::vector<int> dof_component;  // c, 0 1 2 = x y z
 
-  std::vector<Index> node_ids;         // n, the mesh's
-  Points coordinates;                  // n x 3
-  std::vector<Surface> surfaces;       // /interface/NAME; faces index node_ids. Empty for an interface given by nodesets only.
+  std::vector<Index> node_ids;    // n, the mesh's
+  Points coordinates;             // n x 3
+  std::vector<Surface> surfaces;  // /interface/NAME; faces index node_ids. Empty for an interface given by nodesets only.
   std::map<std::string, std::vector<Index>> nodesets;  // /nodesets/NAME (extension): indices into node_ids
 
-  RigidBody rigid_body;                // of the full component
+  RigidBody rigid_body;  // of the full component
 
   // Optional diagonal form: M = reduced mass, V^T M V = I, V^T K V = diag(omega^2). Rigid modes first, omega = 0 exactly.
-  Vector omega;                        // n = k + c, rad/s, ascending; empty when not stored
-  Matrix V;                            // n x n; column j is mode j, rows in the order of q
+  Vector omega;  // n = k + c, rad/s, ascending; empty when not stored
+  Matrix V;      // n x n; column j is mode j, rows in the order of q
 
   // Optional recovery of the interior: u_I = Psi u_c + Phi q_k.
   struct Recovery {
-    std::vector<Index> node_ids;       // interior nodes, mesh ids
+    std::vector<Index> node_ids;  // interior nodes, mesh ids
     Points coordinates;
-    Matrix Psi, Phi;                   // 3 n_I x c, 3 n_I x k
-    std::vector<Block> blocks;         // connectivity by position in [interface nodes; interior nodes]
+    Matrix Psi, Phi;            // 3 n_I x c, 3 n_I x k
+    std::vector<Block> blocks;  // connectivity by position in [interface nodes; interior nodes]
   };
-  std::vector<Recovery> recovery;      // none or one
+  std::vector<Recovery> recovery;  // none or one
 
-  std::map<std::string, std::string> provenance;   // attributes of /provenance
+  std::map<std::string, std::string> provenance;  // attributes of /provenance
 
   Index k() const { return eigenvalues.size(); }
   Index c() const { return static_cast<Index>(dof_node.size()); }
@@ -55,7 +55,7 @@ struct Superelement {
 
 // What a caller does not need is not read: a run in diagonal form does not touch K_cc.
 struct SuperelementParts {
-  bool matrices = true;    // K_cc, M_cc, M_kc
+  bool matrices = true;  // K_cc, M_cc, M_kc
   bool diagonal = true;
   bool recovery = true;
 };

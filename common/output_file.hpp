@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Files that are whole or not there: written under a temporary name in the same folder, renamed when whole.
+#pragma once
+
+#include <filesystem>
+
+namespace cbr {
+
+// An empty file of a name of its own beside `target`, to be filled by whatever library writes it. commit() puts it in the
+// target's place in one step; without commit() it is gone when this goes out of scope, and when a signal ends a program
+// that went through run_program().
+class TemporaryFile {
+ public:
+  // InputError: the target's folder is missing, or the target is there and is no regular file. RunError: the system refuses.
+  explicit TemporaryFile(const std::filesystem::path& target);
+  ~TemporaryFile();
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }      // what to write to
+  const std::filesystem::path& target() const { return target_; }  // symbolic links followed
+  // To the disk, then renamed. Whoever wrote path() has closed it. RunError names the target.
+  void commit();
+
+ private:
+  std::filesystem::path target_, path_;
+  int slot_ = -1;  // in the list that remove_temporary_files() goes through
+  bool committed_ = false;
+};
+
+// Unlinks every TemporaryFile alive. Safe inside a signal handler; for the end of the process only.
+void remove_temporary_files() noexcept;
+
+}  // namespace cbr

@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "common/program.hpp"
+
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <atomic>
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <iostream>
+#include <new>
+
+#include "common/error.hpp"
+#include "common/output_file.hpp"
+
+// Of OpenBLAS; not in cblas.h of every version.
+extern "C" {
+void openblas_set_num_threads(int n);
+int openblas_get_num_threads(void);
+}
+
+namespace cbr {
+namespace {
+
+// What OpenBLAS found when the program started: the processors of this process, or OPENBLAS_NUM_THREADS.
+int initial_threads() {
+  static const int n = openblas_get_num_threads();
+  return n;
+}
+
+std::atomic<int>& bound() {
+  static std::atomic<int> n{initial_threads()};
+  return n;
+}
+
+extern "C" void end_by_signal(int number) {
+  remove_temporary_files();
+  // As if it had not been caught, so that a shell or make sees what ended the program.
+  std::signal(number, SIG_DFL);
+  std::raise(number);
+}
+
+extern "C" void end_quietly(int) {
+  remove_temporary_files();
+  ::_exit(1);
+}
+
+void install_handlers() {
+  for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
+    // nohup and a shell's background jobs ask that a signal be ignored.
+    if (std::signal(number, end_by_signal) == SIG_IGN) std::signal(number, SIG_IGN);
+  }
+  std::signal(SIGPIPE, end_quietly);  // who reads our scene has gone: nothing is left to do
+  std::signal(SIGXFSZ, SIG_IGN);      // a write over the size limit then fails with a message of its own
+}
+
+std::string program_name(const CLI::App& app, int argc, char** argv) {
+  if (!app.get_name().empty()) return app.get_name();
+  return argc > 0 ? std::filesystem::path(argv[0]).filename().string() : "cbr";
+}
+
+// CLI11 says only that an argument was not expected.
+std::string near_option(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const auto* option : app.get_options()) {
+    for (const auto& name : option->get_lnames()) names.push_back("--" + name);
+  }
+  for (const auto& argument : app.remaining()) {
+    if (argument.rfind("--", 0) == 0) return nearest_name(argument.substr(0, argument.find('=')), names);
+  }
+  return "";
+}
+
+int usage_error(const CLI::App& app, const CLI::Error& error, const std::string& program) {
+  const bool unexpected = error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError);
+  print_error(program, error.what() + (unexpected ? near_option(app) : "") + "; " + program + " --help shows the usage");
+  return 2;
+}
+
+// Help, version and a filter's scene go to stdout: not written is not done.
+int finish(const std::string& program, int code) {
+  errno = 0;
+  std::cout.flush();
+  const bool failed = !std::cout || std::fflush(stdout) != 0;
+  if (code != 0 || !failed) return code;
+  print_error(program,
+              std::string("standard output cannot be written") + (errno != 0 ? ": " + std::string(std::strerror(errno)) : ""));
+  return 1;
+}
+
+int run_body(const std::string& program, const std::function<void()>& body) {
+  try {
+    body();
+    return 0;
+  } catch (const InputError& error) {
+    print_error(program, error.what());
+    return 2;
+  } catch (const RunError& error) {
+    print_error(program, error.what());
+  } catch (const std::bad_alloc&) {
+    print_error(program, "out of memory (peak " + human_bytes(peak_memory_bytes()) + "): ask for less or use a larger machine");
+  } catch (const std::exception& error) {
+    print_error(program, std::string("unexpected: ") + error.what());
+  } catch (...) {
+    print_error(program, "unexpected: an exception of unknown type");
+  }
+  return 1;
+}
+
+}  // namespace
+
+Verbosity CommonOptions::verbosity() const {
+  if (quiet) return Verbosity::quiet;
+  return verbose ? Verbosity::verbose : Verbosity::normal;
+}
+
+void add_common_options(CLI::App& app, CommonOptions& options) {
+  app.set_version_flag("--version", app.get_name() + " " + version());
+  auto* quiet = app.add_flag("-q,--quiet", options.quiet, "Print warnings and errors only");
+  app.add_flag("-v,--verbose", options.verbose, "Print details")->excludes(quiet);
+  app.add_option("--threads", options.threads, "Use at most so many threads; all processors unless given")
+      ->type_name("N")
+      ->check(CLI::Validator(
+          [](std::string& text) {
+            int n = 0;
+            const bool valid = CLI::detail::lexical_cast(text, n) && n >= 1;
+            return valid ? std::string() : "'" + text + "' is not a number of threads, give a whole number from 1";
+          },
+          ""));
+  app.parse_complete_callback([&options] { set_threads(options.threads); });
+}
+
+void set_threads(int threads) {
+  const int wanted = threads > 0 ? threads : initial_threads();
+  bound() = wanted;
+  openblas_set_num_threads(wanted);
+}
+
+int n_threads() { return bound(); }
+
+int run_program(CLI::App& app, int argc, char** argv, const std::function<void()>& body) {
+  const std::string program = program_name(app, argc, argv);
+  install_handlers();
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Error& error) {
+    if (error.get_exit_code() != 0) return usage_error(app, error, program);
+    app.exit(error);  // --help, --version
+    return finish(program, 0);
+  }
+  return finish(program, run_body(program, body));
+}
+
+const char* version() { return CBR_VERSION; }
+
+}  // namespace cbr

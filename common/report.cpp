@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "common/report.hpp"
+
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <sstream>
+
+namespace cbr {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+// Names come from the user's files: no control characters to the terminal, and one message stays one line.
+std::string printable(std::string text) {
+  for (char& character : text) {
+    const auto code = static_cast<unsigned char>(character);
+    if (character == '\n' || character == '\t') {
+      character = ' ';
+    } else if (code < 0x20 || code == 0x7f) {
+      character = '?';
+    }
+  }
+  return text;
+}
+
+// One write per line, so that the programs of a pipe do not cut into each other's lines.
+void print(const std::string& text) {
+  std::fwrite(text.data(), 1, text.size(), stderr);
+  std::fflush(stderr);
+}
+
+std::string format(const char* pattern, double value) {
+  char buffer[64];
+  std::snprintf(buffer, sizeof buffer, pattern, value);
+  return buffer;
+}
+
+}  // namespace
+
+Report::Report(std::string program, Verbosity verbosity)
+    : program_(std::move(program)), verbosity_(verbosity), start_(Clock::now()), last_progress_() {}
+
+void Report::line(const std::string& text) {
+  if (verbosity_ == Verbosity::quiet) return;
+  end_progress();
+  print(printable(text) + "\n");
+}
+
+void Report::detail(const std::string& text) {
+  if (verbosity_ == Verbosity::verbose) line(text);
+}
+
+void Report::warning(const std::string& text) {
+  end_progress();
+  ++n_warnings_;
+  print(program_ + ": warning: " + printable(text) + "\n");
+}
+
+void Report::progress(const std::string& what, double fraction) {
+  static const bool is_terminal = ::isatty(STDERR_FILENO) == 1;
+  if (verbosity_ == Verbosity::quiet || !is_terminal) return;
+  const auto now = Clock::now();
+  if (in_progress_ && now - last_progress_ < std::chrono::milliseconds(100)) return;
+  last_progress_ = now;
+  in_progress_ = true;
+  const double percent = std::isfinite(fraction) ? std::clamp(100.0 * fraction, 0.0, 100.0) : 0.0;
+  print("\r\033[K" + printable(what) + "  " + format("%.0f %%", std::floor(percent)));
+}
+
+void Report::end_progress() {
+  if (!in_progress_) return;
+  in_progress_ = false;
+  print("\r\033[K");
+}
+
+Report::Phase::Phase(Report& report, std::string name) : report_(report), name_(std::move(name)), start_(Clock::now()) {}
+
+Report::Phase::~Phase() {
+  const double elapsed = seconds_since(start_);
+  for (auto& [phase, total] : report_.phases_) {
+    if (phase == name_) {
+      total += elapsed;
+      return;
+    }
+  }
+  report_.phases_.emplace_back(name_, elapsed);
+}
+
+double Report::seconds(const std::string& phase) const {
+  for (const auto& [name, total] : phases_) {
+    if (name == phase) return total;
+  }
+  return 0;
+}
+
+void Report::timings() {
+  std::size_t width = 5;
+  for (const auto& [name, total] : phases_) width = std::max(width, name.size());
+  const double all = seconds_since(start_);
+  for (const auto& [name, total] : phases_) {
+    line("  " + name + std::string(width - name.size() + 2, ' ') + format("%10.3f s", total) +
+         format("%6.1f %%", all > 0 ? 100 * total / all : 0));
+  }
+  line("  total" + std::string(width - 5 + 2, ' ') + format("%10.3f s", all) + "  peak memory " + human_bytes(peak_memory_bytes()));
+}
+
+void print_error(const std::string& program, const std::string& text) { print(program + ": error: " + printable(text) + "\n"); }
+
+double peak_memory_bytes() {
+  // getrusage's figure is inherited from the process that started this one; the kernel's own high-water mark is not.
+  std::ifstream status("/proc/self/status");
+  for (std::string line; std::getline(status, line);) {
+    if (line.rfind("VmHWM:", 0) != 0) continue;
+    std::istringstream words(line.substr(6));
+    double kilobytes = 0;
+    if (words >> kilobytes) return 1024 * kilobytes;
+  }
+  rusage usage{};
+  ::getrusage(RUSAGE_SELF, &usage);
+  return 1024.0 * static_cast<double>(usage.ru_maxrss);
+}
+
+std::string human_bytes(double bytes) {
+  const char* units[] = {"B", "kB", "MB", "GB", "TB", "PB"};
+  std::size_t unit = 0;
+  // 999.95 would be printed as 1000.0.
+  while (std::abs(bytes) >= 999.95 && unit + 1 < std::size(units)) bytes /= 1000, ++unit;
+  return format(unit == 0 ? "%.0f " : "%.1f ", bytes) + units[unit];
+}
+
+std::string human_seconds(double seconds) {
+  if (!(std::abs(seconds) < 1e15)) return format("%.3g s", seconds);
+  if (seconds < 1e-3) return format("%.3g us", 1e6 * seconds);
+  if (seconds < 0.9995) return format("%.3g ms", 1e3 * seconds);
+  if (seconds < 59.995) return format("%.2f s", seconds);
+  const auto whole = static_cast<long long>(std::llround(seconds));
+  const auto two_units = [](long long a, const char* unit_a, long long b, const char* unit_b) {
+    return std::to_string(a) + " " + unit_a + " " + std::to_string(b) + " " + unit_b;
+  };
+  if (whole < 3600) return two_units(whole / 60, "min", whole % 60, "s");
+  return two_units(whole / 3600, "h", whole % 3600 / 60, "min");
+}
+
+}  // namespace cbr

@@ -1,0 +1,251 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "common/superelement_check.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <set>
+#include <string>
+#include <utility>
+
+#include "common/error.hpp"
+
+namespace cbr {
+namespace {
+
+constexpr double symmetry_tolerance = 1e-10;  // of the largest entry
+constexpr double diagonal_tolerance = 1e-6;   // of the probe: an eigensolver's residual on a stiff pencil, far below any wrong row
+
+class Checker {
+ public:
+  Checker(const Superelement& superelement, const std::string& where) : s_(superelement), where_(where) {}
+
+  void check(const SuperelementParts& parts) const {
+    if (s_.basis.empty()) fail("attribute 'basis'", "is empty");
+    if (s_.n() == 0) fail("attributes 'n_modes', 'n_interface'", "are both 0: the superelement has no coordinates");
+    check_nodes();
+    check_dofs();
+    check_eigenvalues();
+    if (parts.matrices) check_matrices();
+    for (const auto& surface : s_.surfaces) check_surface(surface);
+    for (const auto& [name, nodes] : s_.nodesets) check_nodeset(name, nodes);
+    check_rigid_body();
+    if (s_.has_diagonal_form() || s_.V.size() > 0) check_diagonal();
+    if (s_.has_diagonal_form() && parts.matrices) probe_diagonal();
+    if (s_.recovery.size() > 1) fail("/recovery", "is there " + std::to_string(s_.recovery.size()) + " times, allowed: once");
+    for (const auto& recovery : s_.recovery) check_recovery(recovery);
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& field, const std::string& what) const {
+    throw InputError(where_ + ": " + field + ": " + what);
+  }
+
+  static std::string shape(Index rows, Index columns) { return "(" + std::to_string(rows) + ", " + std::to_string(columns) + ")"; }
+
+  template <typename Array>
+  void require_shape(const std::string& field, const Array& a, Index rows, Index columns) const {
+    if (a.rows() == rows && a.cols() == columns) return;
+    fail(field, "wrong shape " + shape(a.rows(), a.cols()) + ", expected " + shape(rows, columns));
+  }
+
+  void require_length(const std::string& field, std::size_t length, Index expected) const {
+    if (static_cast<Index>(length) == expected) return;
+    fail(field, "wrong length " + std::to_string(length) + ", expected " + std::to_string(expected));
+  }
+
+  template <typename Array>
+  void require_finite(const std::string& field, const Array& a) const {
+    if (a.allFinite()) return;
+    for (Index j = 0; j < a.cols(); ++j) {
+      for (Index i = 0; i < a.rows(); ++i) {
+        if (!std::isfinite(a(i, j))) fail(field, "not finite at " + shape(i, j));
+      }
+    }
+  }
+
+  // Tile by tile, so that the transpose is not walked across the cache.
+  void require_symmetric(const std::string& field, const Matrix& A) const {
+    constexpr Index tile = 64;
+    double difference = 0;
+    for (Index j = 0; j < A.cols(); j += tile) {
+      const Index columns = std::min(tile, A.cols() - j);
+      for (Index i = j; i < A.rows(); i += tile) {
+        const Index rows = std::min(tile, A.rows() - i);
+        difference =
+            std::max(difference, (A.block(i, j, rows, columns) - A.block(j, i, columns, rows).transpose()).cwiseAbs().maxCoeff());
+      }
+    }
+    const double scale = A.size() > 0 ? A.cwiseAbs().maxCoeff() : 0.0;
+    if (difference <= symmetry_tolerance * scale) return;
+    fail(field, "not symmetric: entries differ from their mirror images by " + std::to_string(difference / scale) +
+                    " of the largest, allowed 1e-10");
+  }
+
+  void require_square(const std::string& field, const Matrix& A, Index size) const {
+    require_shape(field, A, size, size);
+    require_finite(field, A);
+    require_symmetric(field, A);
+    if (size > 0 && A.diagonal().minCoeff() < -symmetry_tolerance * A.cwiseAbs().maxCoeff())
+      fail(field, "negative on the diagonal");
+  }
+
+  void require_in_range(const std::string& field, Index found, Index end) const {
+    if (found >= 0 && found < end) return;
+    fail(field, "index " + std::to_string(found) + " out of range, there are " + std::to_string(end) + " nodes");
+  }
+
+  void require_unique(const std::string& field, const std::vector<Index>& ids) const {
+    std::set<Index> seen;
+    for (const Index id : ids) {
+      if (!seen.insert(id).second) fail(field, "id " + std::to_string(id) + " twice");
+    }
+  }
+
+  void check_nodes() const {
+    require_length("/nodes/id", s_.node_ids.size(), s_.coordinates.rows());
+    require_unique("/nodes/id", s_.node_ids);
+    require_finite("/nodes/coordinates", s_.coordinates);
+  }
+
+  void check_dofs() const {
+    require_length("/dofs/component", s_.dof_component.size(), s_.c());
+    std::set<std::pair<Index, int>> seen;
+    for (std::size_t i = 0; i < s_.dof_node.size(); ++i) {
+      const int component = s_.dof_component[i];
+      require_in_range("/dofs/node", s_.dof_node[i], static_cast<Index>(s_.node_ids.size()));
+      if (component < 0 || component > 2) fail("/dofs/component", std::to_string(component) + " is none of 0, 1, 2 (x, y, z)");
+      if (!seen.emplace(s_.dof_node[i], component).second) {
+        fail("/dofs/node",
+             "component " + std::to_string(component) + " of node " + std::to_string(s_.dof_node[i]) + " is there twice");
+      }
+    }
+  }
+
+  void check_eigenvalues() const {
+    require_finite("/matrices/eigenvalues", s_.eigenvalues);
+    if (s_.k() > 0 && s_.eigenvalues.minCoeff() < 0) fail("/matrices/eigenvalues", "negative");
+  }
+
+  void check_matrices() const {
+    require_square("/matrices/K_cc", s_.K_cc, s_.c());
+    require_square("/matrices/M_cc", s_.M_cc, s_.c());
+    require_shape("/matrices/M_kc", s_.M_kc, s_.k(), s_.c());
+    require_finite("/matrices/M_kc", s_.M_kc);
+  }
+
+  // The name becomes a group's name in the file and the second half of INSTANCE.SURFACE in a scene.
+  void require_name(const std::string& field, const std::string& name) const {
+    if (name.empty() || name == "." || name == "..")
+      fail(field, "'" + name + "' cannot be the name of a set: rename it in the mesh");
+    for (const char character : name) {
+      if (character == '/' || static_cast<unsigned char>(character) < 0x20) {
+        fail(field, "the set's name '" + name +
+                        "' holds a slash or a control character, which a superelement file cannot name: "
+                        "rename it in the mesh");
+      }
+    }
+  }
+
+  void check_surface(const Surface& surface) const {
+    require_name("/interface", surface.name);
+    const std::string group = "/interface/" + surface.name;
+    for (const auto& other : s_.surfaces) {
+      if (&other != &surface && other.name == surface.name) fail(group, "is there twice");
+    }
+    require_shape(group + "/faces", surface.faces, surface.n_faces(), n_nodes(surface.kind));
+    for (Index i = 0; i < surface.faces.size(); ++i) {
+      require_in_range(group + "/faces", surface.faces.data()[i], static_cast<Index>(s_.node_ids.size()));
+    }
+    require_length(group + "/element", surface.element.size(), surface.n_faces());
+    require_length(group + "/side", surface.side.size(), surface.n_faces());
+    for (const int side : surface.side) {
+      if (side < 1 || side > 6) fail(group + "/side", std::to_string(side) + " is no side number, allowed: 1 to 6");
+    }
+  }
+
+  void check_nodeset(const std::string& name, const std::vector<Index>& nodes) const {
+    require_name("/nodesets", name);
+    for (const Index node : nodes) require_in_range("/nodesets/" + name, node, static_cast<Index>(s_.node_ids.size()));
+    require_unique("/nodesets/" + name, nodes);
+  }
+
+  void check_rigid_body() const {
+    const auto& body = s_.rigid_body;
+    if (!std::isfinite(body.mass) || body.mass <= 0)
+      fail("/rigid_body/mass", std::to_string(body.mass) + " is not a positive number");
+    require_finite("/rigid_body/center", body.center);
+    require_finite("/rigid_body/inertia", body.inertia);
+    require_symmetric("/rigid_body/inertia", body.inertia);
+    const double scale = body.inertia.cwiseAbs().maxCoeff();
+    if (Eigen::SelfAdjointEigenSolver<Matrix3>(body.inertia, Eigen::EigenvaluesOnly).eigenvalues().minCoeff() <
+        -symmetry_tolerance * scale) {
+      fail("/rigid_body/inertia", "has a negative moment of inertia");
+    }
+  }
+
+  void check_diagonal() const {
+    require_shape("/diagonal/omega", s_.omega, s_.n(), 1);
+    require_shape("/diagonal/V", s_.V, s_.n(), s_.n());
+    require_finite("/diagonal/omega", s_.omega);
+    require_finite("/diagonal/V", s_.V);
+    if (s_.omega.minCoeff() < 0) fail("/diagonal/omega", "negative");
+    for (Index i = 1; i < s_.omega.size(); ++i) {
+      if (s_.omega(i) < s_.omega(i - 1)) fail("/diagonal/omega", "not ascending at " + std::to_string(i));
+    }
+  }
+
+  // V^T M V = I and V^T K V = diag(omega^2) on one vector x with entries +-1: O(n^2), and a wrong row or column of V, M or K
+  // cannot hide from it except by chance.
+  void probe_diagonal() const {
+    Vector x(s_.n());
+    std::uint64_t state = 1;
+    for (double& entry : x) {
+      state = state * 6364136223846793005u + 1442695040888963407u;
+      entry = (state >> 63) != 0 ? 1.0 : -1.0;
+    }
+    const Vector y = s_.V * x;  // V x   (n)
+    const auto y_k = y.head(s_.k()), y_c = y.tail(s_.c());
+    Vector My(s_.n()), Ky(s_.n());
+    My << y_k + s_.M_kc * y_c, s_.M_kc.transpose() * y_k + s_.M_cc * y_c;
+    Ky << s_.eigenvalues.cwiseProduct(y_k), s_.K_cc * y_c;
+    const Vector lambda = s_.omega.cwiseAbs2();
+    if ((s_.V.transpose() * My - x).norm() > diagonal_tolerance * x.norm()) {
+      fail("/diagonal/V", "is not orthonormal with the reduced mass: V^T M V is not the identity");
+    }
+    if ((s_.V.transpose() * Ky - lambda.cwiseProduct(x)).norm() > diagonal_tolerance * lambda.maxCoeff() * x.norm()) {
+      fail("/diagonal/omega", "does not fit the reduced stiffness: V^T K V is not diag(omega^2)");
+    }
+  }
+
+  void check_recovery(const Superelement::Recovery& recovery) const {
+    const Index n_i = static_cast<Index>(recovery.node_ids.size());
+    require_shape("/recovery/nodes/coordinates", recovery.coordinates, n_i, 3);
+    require_finite("/recovery/nodes/coordinates", recovery.coordinates);
+    require_unique("/recovery/nodes/id", recovery.node_ids);
+    require_shape("/recovery/Psi", recovery.Psi, 3 * n_i, s_.c());
+    require_shape("/recovery/Phi", recovery.Phi, 3 * n_i, s_.k());
+    require_finite("/recovery/Psi", recovery.Psi);
+    require_finite("/recovery/Phi", recovery.Phi);
+    for (const auto& block : recovery.blocks) {
+      const std::string group = "/recovery/blocks, block '" + block.name + "'";
+      require_length(group + ", element_id", block.element_ids.size(), block.connectivity.rows());
+      require_shape(group + ", connectivity", block.connectivity, block.connectivity.rows(), n_nodes(block.type));
+      for (Index i = 0; i < block.connectivity.size(); ++i) {
+        require_in_range(group, block.connectivity.data()[i], static_cast<Index>(s_.node_ids.size()) + n_i);
+      }
+    }
+  }
+
+  const Superelement& s_;
+  const std::string& where_;
+};
+
+}  // namespace
+
+void check_parts(const Superelement& superelement, const SuperelementParts& parts, const std::string& where) {
+  Checker(superelement, where).check(parts);
+}
+
+void check(const Superelement& superelement, const std::string& where) { check_parts(superelement, {}, where); }
+
+}  // namespace cbr
