@@ -12,14 +12,7 @@
 namespace cbr {
 namespace {
 
-std::string message_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
-}
+using test::message_of;
 
 TEST(Mesh, findsByNameAndByNumberOfAnUnnamedSet) {
   Mesh mesh = test::brick(1, 1, 1);

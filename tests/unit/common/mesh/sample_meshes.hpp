@@ -2,11 +2,19 @@
 // Small meshes that several tests need, built without any file.
 #pragma once
 
+#include <gtest/gtest.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <set>
 #include <string>
 #include <vector>
 
+#include "common/error.hpp"
 #include "common/mesh/mesh.hpp"
 
 namespace cbr::test {
@@ -162,6 +170,88 @@ inline Mesh brick(Index nx, Index ny, Index nz) {
   mesh.blocks.push_back(block);
   mesh.sidesets = {x_min, x_max};
   return mesh;
+}
+
+// A folder of its own for each test, gone at the end.
+class Folder {
+ public:
+  Folder() {
+    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
+    path_ = std::filesystem::temp_directory_path() /
+            (std::string("cbr-") + info->test_suite_name() + "-" + info->name() + "-" + std::to_string(getpid()));
+    std::filesystem::create_directories(path_);
+  }
+  ~Folder() { std::filesystem::remove_all(path_); }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+  std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
+  std::size_t n_files() const {
+    return static_cast<std::size_t>(
+        std::distance(std::filesystem::directory_iterator(path_), std::filesystem::directory_iterator()));
+  }
+
+ private:
+  std::filesystem::path path_;
+};
+
+inline std::string read_text(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+}
+inline void write_text(const std::filesystem::path& file, const std::string& text) {
+  std::ofstream(file, std::ios::binary) << text;
+}
+
+// The message of the InputError that `action` must throw; "" when it does not.
+inline std::string message_of(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+inline void expect_equal(const Mesh& a, const Mesh& b, double tolerance = 0) {
+  EXPECT_EQ(a.node_ids, b.node_ids);
+  ASSERT_EQ(a.coordinates.rows(), b.coordinates.rows());
+  EXPECT_LE((a.coordinates - b.coordinates).lpNorm<Eigen::Infinity>(), tolerance);
+  ASSERT_EQ(a.blocks.size(), b.blocks.size());
+  for (const auto& block : a.blocks) {
+    SCOPED_TRACE(block.name);
+    const Index other = find_block(b, block.name);
+    ASSERT_GE(other, 0);
+    const Block& found = b.blocks[static_cast<std::size_t>(other)];
+    EXPECT_EQ(block.id, found.id);
+    EXPECT_EQ(block.type, found.type);
+    EXPECT_EQ(block.element_ids, found.element_ids);
+    EXPECT_EQ(block.connectivity, found.connectivity);
+  }
+  // Sides by element id and nodes, in any order: a file may keep blocks and faces in another order.
+  const auto sides = [](const Mesh& mesh, const Sideset& set) {
+    std::set<std::tuple<Index, int, std::vector<Index>>> all;
+    for (const Side& s : set.sides)
+      all.insert({mesh.blocks[static_cast<std::size_t>(s.block)].element_ids[static_cast<std::size_t>(s.element)], s.side,
+                  nodes_of_side(mesh, s)});
+    return all;
+  };
+  ASSERT_EQ(a.sidesets.size(), b.sidesets.size());
+  for (const auto& set : a.sidesets) {
+    SCOPED_TRACE(set.name);
+    const Index other = find_sideset(b, set.name);
+    ASSERT_GE(other, 0);
+    EXPECT_EQ(set.id, b.sidesets[static_cast<std::size_t>(other)].id);
+    EXPECT_EQ(set.sides.size(), b.sidesets[static_cast<std::size_t>(other)].sides.size());
+    EXPECT_EQ(sides(a, set), sides(b, b.sidesets[static_cast<std::size_t>(other)]));
+  }
+  ASSERT_EQ(a.nodesets.size(), b.nodesets.size());
+  for (const auto& set : a.nodesets) {
+    SCOPED_TRACE(set.name);
+    const Index other = find_nodeset(b, set.name);
+    ASSERT_GE(other, 0);
+    EXPECT_EQ(set.id, b.nodesets[static_cast<std::size_t>(other)].id);
+    EXPECT_EQ(set.nodes, b.nodesets[static_cast<std::size_t>(other)].nodes);
+  }
 }
 
 }  // namespace cbr::test

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "common/mesh/gmsh_types.hpp"
+
+#include <cassert>
+
+#include "common/error.hpp"
+
+namespace cbr {
+namespace {
+
+// Numbers and node orders: gmsh's manual, "MSH file format" and "Node ordering".
+const std::vector<GmshType>& table() {
+  static const std::vector<GmshType> types = {
+      {15, 1, {}, {}},
+      {1, 2, {}, {}},
+      {8, 3, {}, {}},
+      {2, 3, ElementType::tri3, {}},
+      {9, 6, ElementType::tri6, {}},
+      {3, 4, ElementType::quad4, {}},
+      {16, 8, ElementType::quad8, {}},
+      {10, 9, ElementType::quad9, {}},
+      {4, 4, ElementType::tet4, {}},
+      // gmsh has the edge 2-3 before 1-3.
+      {11, 10, ElementType::tet10, {0, 1, 2, 3, 4, 5, 6, 7, 9, 8}},
+      {7, 5, ElementType::pyramid5, {}},
+      {6, 6, ElementType::wedge6, {}},
+      {5, 8, ElementType::hex8, {}},
+      // gmsh's edges: 01 03 04 12 15 23 26 37 45 47 56 67; then its faces: bottom, front, left, right, back, top; the centre.
+      {17, 20, ElementType::hex20, {0, 1, 2, 3, 4, 5, 6, 7, 8, 11, 13, 9, 10, 12, 14, 15, 16, 18, 19, 17}},
+      {12, 27, ElementType::hex27, {0,  1,  2,  3,  4,  5,  6,  7,  8,  11, 13, 9,  10, 12,
+                                    14, 15, 16, 18, 19, 17, 26, 20, 25, 22, 23, 21, 24}},
+  };
+  return types;
+}
+
+}  // namespace
+
+const GmshType* find_gmsh_type(int number) {
+  for (const auto& type : table())
+    if (type.number == number) return &type;
+  return nullptr;
+}
+
+const GmshType& gmsh_type(ElementType type) {
+  for (const auto& entry : table())
+    if (entry.type == type) return entry;
+  assert(false);
+  return table().front();
+}
+
+std::string supported_gmsh_types() {
+  std::vector<std::string> names;
+  for (const auto& entry : table())
+    if (entry.type) names.emplace_back(name(*entry.type));
+  return join(names);
+}
+
+}  // namespace cbr

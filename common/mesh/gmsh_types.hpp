@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// gmsh's element types against ours. For the .cpp of this folder.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/mesh/element_type.hpp"
+
+namespace cbr {
+
+struct GmshType {
+  int number = 0;  // gmsh's
+  int n_nodes = 0;
+  std::optional<ElementType> type;  // none: points and lines
+  std::vector<int> order;           // node i in Exodus order is gmsh's node order[i]; empty: the same
+};
+
+const GmshType* find_gmsh_type(int number);  // nullptr when it is not supported
+const GmshType& gmsh_type(ElementType type);
+std::string supported_gmsh_types();  // "tri3, tri6, ..."
+
+}  // namespace cbr

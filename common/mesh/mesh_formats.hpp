@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The formats behind read_mesh and write_mesh, and what their readers share. For the .cpp of this folder.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "common/mesh/mesh.hpp"
+
+namespace cbr {
+
+Mesh read_gmsh(const std::filesystem::path& file);
+// The writers write to `file` as it is and call it `where` in messages.
+void write_gmsh(const Mesh& mesh, const std::filesystem::path& file, const std::string& where);
+Mesh read_exodus(const std::filesystem::path& file);
+void write_exodus(const Mesh& mesh, const std::filesystem::path& file, const std::string& where);
+
+// A name beside `file` to write to; commit() renames it to `file`, without it the destructor removes it.
+class TemporaryFile {
+ public:
+  explicit TemporaryFile(const std::filesystem::path& file);
+  ~TemporaryFile();
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
+  const std::filesystem::path& path() const { return temporary_; }
+  void commit();  // RunError names the file when the system refuses
+
+ private:
+  std::filesystem::path file_, temporary_;
+};
+
+// The sides of volume elements by their corner nodes; only sides whose corners are all `wanted` (one flag per node), because all
+// sides of a large mesh would take more memory than the mesh.
+class SideLookup {
+ public:
+  SideLookup(const Mesh& mesh, const std::vector<bool>& wanted);
+
+  // The side with these corners (3 or 4), or one with element = -1. A face between two volume elements belongs to both: the one
+  // from which `corners` looks outwards is chosen, so the order of the face's nodes decides; failing that the first one in the
+  // order of blocks and elements.
+  Side find(const std::vector<Index>& corners) const;
+
+ private:
+  struct Entry {
+    std::array<Index, 4> key;  // ascending; -1 first for a triangle
+    Side side;
+  };
+  const Mesh& mesh_;
+  std::vector<Entry> entries_;  // by key, then block, element, side
+};
+
+}  // namespace cbr

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <unistd.h>
+
+#include <algorithm>
+#include <cctype>
+#include <system_error>
+
+#include "common/error.hpp"
+#include "common/mesh/mesh_formats.hpp"
+
+namespace cbr {
+namespace {
+
+enum class Format { gmsh, exodus };
+
+Format format_of(const std::filesystem::path& file) {
+  std::string suffix = file.extension().string();
+  std::transform(suffix.begin(), suffix.end(), suffix.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (suffix == ".msh") return Format::gmsh;
+  for (const char* known : {".exo", ".e", ".g", ".ncf", ".nc4", ".nc", ".exoii", ".ex2"})
+    if (suffix == known) return Format::exodus;
+  throw InputError(file.string() + ": a mesh's name ends in .msh (gmsh) or .exo .e .g .ncf .nc4 (Exodus II), not in '" + suffix +
+                   "'");
+}
+
+std::array<Index, 4> key_of(const std::vector<Index>& corners) {
+  std::array<Index, 4> key = {-1, -1, -1, -1};
+  std::copy(corners.begin(), corners.end(), key.begin());
+  std::sort(key.begin(), key.end());
+  return key;
+}
+
+// Whether two faces of the same corners run around in the same sense.
+bool same_sense(const std::vector<Index>& a, const std::vector<Index>& b) {
+  const auto start = std::find(b.begin(), b.end(), a[0]) - b.begin();
+  return b[(static_cast<std::size_t>(start) + 1) % b.size()] == a[1];
+}
+
+std::vector<Index> corners_of(const Mesh& mesh, const Side& side) {
+  auto nodes = nodes_of_side(mesh, side);
+  const auto type = mesh.blocks[static_cast<std::size_t>(side.block)].type;
+  nodes.resize(static_cast<std::size_t>(n_corners(side_kind(type, side.side))));
+  return nodes;
+}
+
+}  // namespace
+
+Mesh read_mesh(const std::filesystem::path& file) {
+  const Format format = format_of(file);
+  std::error_code error;
+  if (!std::filesystem::exists(file, error)) throw InputError(file.string() + ": no such file: give the path of a mesh");
+  if (!std::filesystem::is_regular_file(file, error)) throw InputError(file.string() + ": is not a file: give the path of a mesh");
+  if (access(file.c_str(), R_OK) != 0) throw InputError(file.string() + ": may not be read: check its permissions");
+  Mesh mesh = format == Format::gmsh ? read_gmsh(file) : read_exodus(file);
+  check_mesh(mesh, file.string());
+  return mesh;
+}
+
+void write_mesh(const Mesh& mesh, const std::filesystem::path& file) {
+  const Format format = format_of(file);
+  check_mesh(mesh, file.string());
+  TemporaryFile temporary(file);
+  format == Format::gmsh ? write_gmsh(mesh, temporary.path(), file.string()) : write_exodus(mesh, temporary.path(), file.string());
+  temporary.commit();
+}
+
+TemporaryFile::TemporaryFile(const std::filesystem::path& file) : file_(file), temporary_(file) {
+  temporary_ += std::to_string(getpid()).insert(0, 1, '.').append(".part");
+}
+
+TemporaryFile::~TemporaryFile() {
+  std::error_code ignored;
+  if (!temporary_.empty()) std::filesystem::remove(temporary_, ignored);
+}
+
+void TemporaryFile::commit() {
+  std::error_code error;
+  std::filesystem::rename(temporary_, file_, error);
+  if (error) throw RunError(file_.string() + ": could not be written: " + error.message());
+  temporary_.clear();
+}
+
+SideLookup::SideLookup(const Mesh& mesh, const std::vector<bool>& wanted) : mesh_(mesh) {
+  for (Index b = 0; b < static_cast<Index>(mesh.blocks.size()); ++b) {
+    const Block& block = mesh.blocks[static_cast<std::size_t>(b)];
+    for (Index e = 0; e < block.connectivity.rows(); ++e)
+      for (int s = 1; s <= n_sides(block.type); ++s) {
+        const auto& local = side_nodes(block.type, s);
+        const bool all = std::all_of(local.begin(), local.begin() + n_corners(side_kind(block.type, s)),
+                                     [&](int i) { return wanted[static_cast<std::size_t>(block.connectivity(e, i))]; });
+        if (all) entries_.push_back({key_of(corners_of(mesh, {b, e, s})), {b, e, s}});
+      }
+  }
+  std::stable_sort(entries_.begin(), entries_.end(), [](const Entry& a, const Entry& b) { return a.key < b.key; });
+}
+
+Side SideLookup::find(const std::vector<Index>& corners) const {
+  const auto key = key_of(corners);
+  const auto first =
+      std::lower_bound(entries_.begin(), entries_.end(), key, [](const Entry& a, const auto& wanted) { return a.key < wanted; });
+  if (first == entries_.end() || first->key != key) return {-1, -1, 0};
+  for (auto entry = first; entry != entries_.end() && entry->key == key; ++entry)
+    if (same_sense(corners, corners_of(mesh_, entry->side))) return entry->side;
+  return first->side;
+}
+
+}  // namespace cbr
