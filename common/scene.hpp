@@ -18,27 +18,31 @@ namespace cbr {
 // Where a value stood, for messages that are found out later (a surface that the mesh does not have).
 struct SourceLine {
   std::string file;
-  int line = 0;                      // from 1
-  std::string text() const;          // "impact.yaml:12"
+  int line = 0;              // from 1
+  std::string text() const;  // "impact.yaml:12"
 };
 
 struct ReductionOptions {
   std::string basis = "craig-bampton";
-  std::vector<std::string> interface_sets;   // sidesets / nodesets; key `interface`
-  std::optional<Index> modes;                // exactly one of modes, cutoff_hz
+  std::vector<std::string> interface_sets;  // sidesets / nodesets; key `interface`
+  std::optional<Index> modes;               // exactly one of modes, cutoff_hz
   std::optional<double> cutoff_hz;
-  std::string pick = "frequency";            // frequency | participation
+  std::string pick = "frequency";  // frequency | participation
   Index domains = 1;
   bool recovery = false;
-  std::filesystem::path superelement;        // absolute
+  std::filesystem::path superelement;  // absolute
   SourceLine source;
 };
 
 struct Component {
   std::string name;
-  std::filesystem::path mesh;                // absolute
-  std::string material;                      // default of all blocks; may be empty when every block names one
-  struct BlockOptions { std::string material; std::optional<Hex8Formulation> element; SourceLine source; };
+  std::filesystem::path mesh;  // absolute
+  std::string material;        // default of all blocks; may be empty when every block names one
+  struct BlockOptions {
+    std::string material;
+    std::optional<Hex8Formulation> element;
+    SourceLine source;
+  };
   std::map<std::string, BlockOptions> blocks;
   Hex8Formulation element = Hex8Formulation::incompatible;
   MassKind mass = MassKind::lumped;
@@ -52,34 +56,40 @@ struct Instance {
   std::string name, component;
   InstanceKind as = InstanceKind::superelement;
   Vector3 position = Vector3::Zero();
-  Vector3 rotation_degrees = Vector3::Zero();   // about the fixed x, then y, then z axis
-  std::string mirror;                           // "", "x", "y" or "z": the coordinate that changes sign; before the rotation
+  Vector3 rotation_degrees = Vector3::Zero();  // about the fixed x, then y, then z axis
+  std::string mirror;                          // "", "x", "y" or "z": the coordinate that changes sign; before the rotation
   Vector3 velocity = Vector3::Zero();
   SourceLine source;
-  Matrix3 transformation() const;               // rotation * mirror: x_scene = T x_component + position
+  Matrix3 transformation() const;  // rotation * mirror: x_scene = T x_component + position
 };
 
 struct SkinOptions {
   std::vector<std::string> surfaces;
   double youngs_modulus = 0, poissons_ratio = 0, density = 0, thickness = 0;
-  std::filesystem::path mesh;                   // absolute
+  std::filesystem::path mesh;  // absolute
   SourceLine source;
 };
 
-struct SurfaceName { std::string instance, surface; SourceLine source; std::string text() const { return instance + "." + surface; } };
+struct SurfaceName {
+  std::string instance, surface;
+  SourceLine source;
+  std::string text() const { return instance + "." + surface; }
+};
 
 struct BoundaryCondition {
-  std::string instance, nodes;                  // a nodeset or sideset
-  std::array<bool, 3> fix{};                    // in the scene's axes
+  std::string instance, nodes;  // a nodeset or sideset
+  std::array<bool, 3> fix{};    // in the scene's axes
   SourceLine source;
 };
 
-struct History { std::vector<double> time, value; };   // piecewise linear; constant before and after; empty: 1
+struct History {
+  std::vector<double> time, value;
+};  // piecewise linear; constant before and after; empty: 1
 
 struct Load {
   enum class Kind { traction, force, gravity } kind = Kind::traction;
-  std::string instance, surface;                // empty for gravity
-  Vector3 value = Vector3::Zero();              // scene axes
+  std::string instance, surface;    // empty for gravity
+  Vector3 value = Vector3::Zero();  // scene axes
   History history;
   SourceLine source;
 };
@@ -97,25 +107,25 @@ enum class Integrator { exact, central_difference, newmark };
 
 struct TimeOptions {
   double end = 0;
-  std::optional<double> step;                   // seconds; neither step nor cfl: auto
+  std::optional<double> step;  // seconds; neither step nor cfl: auto
   std::optional<double> cfl;
-  bool force_step = false;                      // key `force: true`: a step above the critical one is run all the same (extension)
+  bool force_step = false;  // key `force: true`: a step above the critical one is run all the same (extension)
   Integrator integrator = Integrator::exact;
   SourceLine source;
 };
 
 struct OutputOptions {
-  double every = 0;                             // 0: every step
+  double every = 0;  // 0: every step
   std::vector<SurfaceName> history;
-  std::vector<std::string> fields;              // displacement | velocity | stress
+  std::vector<std::string> fields;  // displacement | velocity | stress
   SourceLine source;
 };
 
 struct Scene {
-  std::filesystem::path file;                   // "-" when read from stdin
+  std::filesystem::path file;  // "-" when read from stdin
   std::map<std::string, Material> materials;
   std::map<std::string, Component> components;
-  std::vector<Instance> instances;              // in the file's order
+  std::vector<Instance> instances;  // in the file's order
   std::optional<SkinOptions> skin;
   std::vector<BoundaryCondition> boundary;
   std::vector<Load> loads;
@@ -135,8 +145,14 @@ const Component& component_of(const Scene& scene, const Instance& instance);
 // One per mesh block. InputError: a block named in the scene that the mesh does not have; a block without a material.
 std::vector<BlockProperties> block_properties(const Scene& scene, const Component& component, const Mesh& mesh);
 
-// Hash (hex) of all that a component's superelement depends on: the mesh file's bytes, materials, elements, mass, reduction options; no
-// paths, no times. InputError when the mesh cannot be read.
+// InputError "WHERE: ..." for a basis that is unknown, or that this version does not have yet.
+void check_basis(const std::string& basis, const std::string& where);
+
+// XXH3 (128 bit, hex) of a file's bytes. InputError when it cannot be read.
+std::string file_hash(const std::filesystem::path& file);
+
+// Hash (hex) of all that a component's superelement depends on: the mesh file's bytes, materials, elements, mass, reduction
+// options; no paths, no times. InputError when the mesh cannot be read.
 std::string content_hash(const Scene& scene, const Component& component);
 
 }  // namespace cbr

@@ -16,7 +16,7 @@ namespace cbr {
 // Coordinates q = [q_k; u_c]: k fixed-interface modal coordinates, then c interface dofs. K_kc = 0 and M_kk = I are implied.
 struct Superelement {
   std::string basis = "craig-bampton";
-  std::string content_hash;  // of the inputs: content_hash() of common/content_hash.hpp
+  std::string content_hash;  // of the inputs: content_hash() of common/scene.hpp
 
   Vector eigenvalues;  // k, (rad/s)^2, ascending with pick: frequency; any order with pick: participation
   Matrix K_cc, M_cc;   // c x c, symmetric

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <xxhash.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <memory>
+#include <vector>
+
+#include "common/error.hpp"
+#include "common/number_text.hpp"
+#include "common/scene.hpp"
+#include "common/scene_words.hpp"
+
+namespace cbr {
+namespace {
+
+// To be raised when the same inputs no longer give the same superelement: files made before are then stale.
+constexpr int scheme = 1;
+
+std::string hexadecimal(XXH128_hash_t hash) {
+  XXH128_canonical_t canonical;
+  XXH128_canonicalFromHash(&canonical, hash);
+  constexpr const char* digits = "0123456789abcdef";
+  std::string text;
+  for (const unsigned char byte : canonical.digest) text += digits[byte >> 4], text += digits[byte & 15];
+  return text;
+}
+
+std::string material_text(const Scene& scene, const std::string& material) {
+  const auto found = scene.materials.find(material);
+  if (found == scene.materials.end()) return "none";
+  const Material& m = found->second;
+  return number_text(m.youngs_modulus) + " " + number_text(m.poissons_ratio) + " " + number_text(m.density);
+}
+
+std::string properties_text(const Scene& scene, const std::string& material, Hex8Formulation element) {
+  return material_text(scene, material) + " " + word_of(hex8_words, element);
+}
+
+// Names go in with their length, so that no two different inputs give the same text.
+std::string counted(const std::string& text) { return std::to_string(text.size()) + ":" + text; }
+
+std::string component_text(const Scene& scene, const Component& component) {
+  const std::string all_blocks = properties_text(scene, component.material, component.element);
+  std::string text = "default " + all_blocks + "\n";
+  for (const auto& [block, options] : component.blocks) {
+    const std::string properties = properties_text(scene, options.material.empty() ? component.material : options.material,
+                                                   options.element.value_or(component.element));
+    if (properties != all_blocks) text += "block " + counted(block) + " " + properties + "\n";
+  }
+  return text + "mass " + word_of(mass_words, component.mass) + "\n";
+}
+
+std::string reduction_text(const ReductionOptions& reduction) {
+  std::vector<std::string> sets = reduction.interface_sets;
+  std::sort(sets.begin(), sets.end());
+  sets.erase(std::unique(sets.begin(), sets.end()), sets.end());
+  std::string text = "basis " + reduction.basis + "\n";
+  for (const auto& set : sets) text += "interface " + counted(set) + "\n";
+  if (reduction.modes) text += "modes " + std::to_string(*reduction.modes) + "\n";
+  if (reduction.cutoff_hz) text += "cutoff_hz " + number_text(*reduction.cutoff_hz) + "\n";
+  text += "pick " + reduction.pick + "\n";
+  text += "domains " + std::to_string(reduction.domains) + "\n";
+  return text + "recovery " + (reduction.recovery ? "true" : "false") + "\n";
+}
+
+}  // namespace
+
+std::string file_hash(const std::filesystem::path& file) {
+  std::error_code error;
+  if (std::filesystem::is_directory(file, error)) throw InputError(file.string() + ": is a directory");
+  errno = 0;
+  std::ifstream in(file, std::ios::binary);
+  if (!in.is_open()) throw InputError(file.string() + ": cannot be opened: " + std::strerror(errno));
+  const std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state(XXH3_createState(), XXH3_freeState);
+  XXH3_128bits_reset(state.get());
+  std::vector<char> buffer(std::size_t{1} << 20);
+  while (in.read(buffer.data(), static_cast<std::streamsize>(buffer.size())) || in.gcount() > 0) {
+    XXH3_128bits_update(state.get(), buffer.data(), static_cast<std::size_t>(in.gcount()));
+  }
+  if (in.bad()) throw InputError(file.string() + ": cannot be read: " + std::strerror(errno));
+  return hexadecimal(XXH3_128bits_digest(state.get()));
+}
+
+std::string content_hash(const Scene& scene, const Component& component) {
+  std::string text = "cbr content hash " + std::to_string(scheme) + "\nmesh " + file_hash(component.mesh) + "\n";
+  text += component_text(scene, component);
+  if (component.reduction) text += reduction_text(*component.reduction);
+  return hexadecimal(XXH3_128bits(text.data(), text.size()));
+}
+
+}  // namespace cbr

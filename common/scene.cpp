@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "common/scene.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include "common/error.hpp"
+
+namespace cbr {
+namespace {
+
+// Cosine and sine of an angle in degrees, exact at multiples of 90: an instance turned by a right angle lies on the axes.
+std::pair<double, double> cosine_sine(double degrees) {
+  const double turned = std::remainder(degrees, 360.0);  // [-180, 180], exact
+  const double quarter = std::round(turned / 90.0);
+  const double rest = (turned - 90.0 * quarter) * std::numbers::pi / 180.0;
+  const double c = std::cos(rest), s = std::sin(rest);
+  switch (static_cast<int>(quarter)) {
+    case 0:
+      return {c, s};
+    case 1:
+      return {-s, c};
+    case -1:
+      return {s, -c};
+    default:
+      return {-c, -s};
+  }
+}
+
+// About coordinate axis a, by the right-hand rule.
+Matrix3 axis_rotation(int a, double degrees) {
+  const auto [c, s] = cosine_sine(degrees);
+  const int b = (a + 1) % 3, d = (a + 2) % 3;
+  Matrix3 R = Matrix3::Identity();
+  R(b, b) = R(d, d) = c;
+  R(d, b) = s;
+  R(b, d) = -s;
+  return R;
+}
+
+}  // namespace
+
+std::string SourceLine::text() const { return line > 0 ? file + ":" + std::to_string(line) : file; }
+
+Matrix3 Instance::transformation() const {
+  Matrix3 mirroring = Matrix3::Identity();
+  if (!mirror.empty()) {
+    const int axis = mirror[0] - 'x';
+    mirroring(axis, axis) = -1;
+  }
+  // T = R_z R_y R_x mirror
+  return axis_rotation(2, rotation_degrees(2)) * axis_rotation(1, rotation_degrees(1)) * axis_rotation(0, rotation_degrees(0)) *
+         mirroring;
+}
+
+const Component& component_of(const Scene& scene, const Instance& instance) {
+  const auto found = scene.components.find(instance.component);
+  if (found != scene.components.end()) return found->second;
+  throw InputError(instance.source.text() + ": instances." + instance.name + ": unknown component '" + instance.component + "'");
+}
+
+std::vector<BlockProperties> block_properties(const Scene& scene, const Component& component, const Mesh& mesh) {
+  std::vector<std::string> names;
+  for (const auto& block : mesh.blocks) names.push_back(block.name);
+  for (const auto& [block, options] : component.blocks) {
+    if (std::find(names.begin(), names.end(), block) != names.end()) continue;
+    const std::string hint = nearest_name(block, names);
+    throw InputError(options.source.text() + ": components." + component.name + ".blocks." + block + ": " +
+                     component.mesh.string() + " has no block '" + block + "'" + hint + (hint.empty() ? ", " : " ") +
+                     "it has: " + join(names));
+  }
+  std::vector<BlockProperties> properties;
+  for (const auto& block : mesh.blocks) {
+    const auto found = component.blocks.find(block.name);
+    const bool has_options = found != component.blocks.end();
+    const std::string& material = has_options && !found->second.material.empty() ? found->second.material : component.material;
+    BlockProperties block_property;
+    block_property.hex8 = has_options ? found->second.element.value_or(component.element) : component.element;
+    const auto known = scene.materials.find(material);
+    if (known != scene.materials.end()) {
+      block_property.material = known->second;
+    } else if (dimension(block.type) == 3) {  // shells and skins have no volume and need no material
+      throw InputError(component.source.text() + ": components." + component.name + ": block '" + block.name + "' of " +
+                       component.mesh.string() + " has no material: add 'material', or name the block under 'blocks'");
+    }
+    properties.push_back(block_property);
+  }
+  return properties;
+}
+
+}  // namespace cbr

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Materials, components, instances: what there is.
+#include "common/error.hpp"
+#include "common/scene_parse.hpp"
+#include "common/scene_words.hpp"
+
+namespace cbr {
+namespace {
+
+template <typename Value>
+std::vector<std::string> keys_of(const std::map<std::string, Value>& map) {
+  std::vector<std::string> keys;
+  for (const auto& [key, value] : map) keys.push_back(key);
+  return keys;
+}
+
+// Component and instance names become parts of file and dataset names; INSTANCE.SURFACE is cut at its first dot.
+void require_plain_name(const SceneNode& node, const std::string& kind, const std::string& name) {
+  if (name.find_first_of("./") == std::string::npos) return;
+  node.fail("the name of " + kind + " holds a dot or a slash: '" + name + "'");
+}
+
+Material parse_material(const SceneNode& node) {
+  const SceneMap map = node.map({"youngs_modulus", "poissons_ratio", "density"});
+  return {.youngs_modulus = map.at("youngs_modulus").positive(),
+          .poissons_ratio = map.at("poissons_ratio").in_open_range(-1, 0.5),
+          .density = map.at("density").positive()};
+}
+
+std::string parse_material_name(const SceneNode& node, const Scene& scene) {
+  const std::string name = node.text();
+  require_known(node, "material", name, keys_of(scene.materials));
+  return name;
+}
+
+Component::BlockOptions parse_block(const SceneNode& node, const Scene& scene) {
+  const SceneMap map = node.map({"material", "element"});
+  Component::BlockOptions block;
+  block.source = node.source();
+  if (const auto* material = map.find("material")) block.material = parse_material_name(*material, scene);
+  if (const auto* element = map.find("element")) block.element = element->one_of(hex8_words);
+  return block;
+}
+
+ReductionOptions parse_reduction(const SceneNode& node, const std::filesystem::path& folder, const std::string& component) {
+  const SceneMap map = node.map({"basis", "interface", "modes", "cutoff_hz", "pick", "domains", "recovery", "superelement"});
+  ReductionOptions reduction;
+  reduction.source = node.source();
+  if (const auto* basis = map.find("basis")) {
+    reduction.basis = basis->text();
+    check_basis(reduction.basis, basis->source().text() + ": " + basis->path());
+  }
+  reduction.interface_sets = map.at("interface").names();
+  const std::string selection = map.exactly_one({"modes", "cutoff_hz"});
+  if (selection == "modes") reduction.modes = map.at("modes").index(0);
+  if (selection == "cutoff_hz") reduction.cutoff_hz = map.at("cutoff_hz").positive();
+  if (const auto* pick = map.find("pick")) {
+    reduction.pick = pick->one_of<std::string>({{"frequency", "frequency"}, {"participation", "participation"}});
+  }
+  if (const auto* domains = map.find("domains")) reduction.domains = domains->index(1);
+  if (const auto* recovery = map.find("recovery")) reduction.recovery = recovery->boolean();
+  const auto* file = map.find("superelement");
+  reduction.superelement = file != nullptr ? resolve_path(*file, folder) : folder / (component + ".cbr.h5");
+  return reduction;
+}
+
+Component parse_component(const SceneNode& node, const std::string& name, const std::filesystem::path& folder, const Scene& scene) {
+  const SceneMap map = node.map({"mesh", "material", "blocks", "element", "mass", "reduction"});
+  require_plain_name(node, "a component", name);
+  Component component;
+  component.name = name;
+  component.source = node.source();
+  component.mesh = resolve_path(map.at("mesh"), folder);
+  if (const auto* material = map.find("material")) component.material = parse_material_name(*material, scene);
+  if (const auto* blocks = map.find("blocks")) {
+    const SceneMap entries = blocks->map_of_any();
+    for (const auto& [block, options] : entries.entries()) {
+      component.blocks[block] = parse_block(options, scene);
+      if (component.material.empty() && component.blocks[block].material.empty()) {
+        options.fail("missing key 'material', and the component names no material for all blocks");
+      }
+    }
+  } else if (component.material.empty()) {
+    node.fail("missing key 'material': for all blocks, or for each under 'blocks'");
+  }
+  if (const auto* element = map.find("element")) component.element = element->one_of(hex8_words);
+  if (const auto* mass = map.find("mass")) {
+    component.mass = mass->one_of(mass_words);
+  }
+  if (const auto* reduction = map.find("reduction")) component.reduction = parse_reduction(*reduction, folder, name);
+  return component;
+}
+
+Instance parse_instance(const SceneNode& node, const std::string& name, const Scene& scene) {
+  const SceneMap map = node.map({"component", "as", "position", "rotation", "mirror", "velocity"});
+  require_plain_name(node, "an instance", name);
+  Instance instance;
+  instance.name = name;
+  instance.source = node.source();
+  instance.component = map.at("component").text();
+  require_known(map.at("component"), "component", instance.component, keys_of(scene.components));
+  const bool is_reduced = scene.components.at(instance.component).reduction.has_value();
+  instance.as = is_reduced ? InstanceKind::superelement : InstanceKind::mesh;
+  if (const auto* as = map.find("as")) {
+    instance.as = as->one_of(instance_words);
+    if (instance.as == InstanceKind::superelement && !is_reduced) {
+      as->fail("component '" + instance.component + "' has no 'reduction': add one, or use the instance 'as: mesh'");
+    }
+  }
+  if (const auto* position = map.find("position")) instance.position = position->vector3();
+  if (const auto* rotation = map.find("rotation")) instance.rotation_degrees = rotation->vector3();
+  if (const auto* mirror = map.find("mirror")) instance.mirror = mirror->one_of<std::string>({{"x", "x"}, {"y", "y"}, {"z", "z"}});
+  if (const auto* velocity = map.find("velocity")) instance.velocity = velocity->vector3();
+  return instance;
+}
+
+}  // namespace
+
+void check_basis(const std::string& basis, const std::string& where) {
+  if (basis == "craig-bampton") return;
+  if (basis == "characteristic" || basis == "massless") {
+    throw InputError(where + ": basis '" + basis + "' is not available in this version, use craig-bampton");
+  }
+  throw InputError(where + ": unknown basis '" + basis + "'" + nearest_name(basis, {"craig-bampton"}) + " allowed: craig-bampton");
+}
+
+std::filesystem::path resolve_path(const SceneNode& node, const std::filesystem::path& folder) {
+  const std::string text = node.text();
+  if (text.find('\0') != std::string::npos) node.fail("a file name holds a null character");
+  return (folder / text).lexically_normal();
+}
+
+void parse_materials(const SceneNode& node, Scene& scene) {
+  const SceneMap map = node.map_of_any();
+  for (const auto& [name, value] : map.entries()) scene.materials[name] = parse_material(value);
+}
+
+void parse_components(const SceneNode& node, const std::filesystem::path& folder, Scene& scene) {
+  const SceneMap map = node.map_of_any();
+  std::map<std::filesystem::path, std::string> owner;
+  for (const auto& [name, value] : map.entries()) {
+    const Component& component = scene.components[name] = parse_component(value, name, folder, scene);
+    if (!component.reduction) continue;
+    const auto [other, is_new] = owner.emplace(component.reduction->superelement, name);
+    if (!is_new) {
+      value.fail("superelement file '" + component.reduction->superelement.string() + "' is also that of component '" +
+                 other->second + "': give each a file of its own");
+    }
+  }
+}
+
+void parse_instances(const SceneNode& node, Scene& scene) {
+  const SceneMap map = node.map_of_any();
+  for (const auto& [name, value] : map.entries()) scene.instances.push_back(parse_instance(value, name, scene));
+}
+
+}  // namespace cbr

@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Skin, boundary, loads, contact, time, output: what is done with it.
+#include <set>
+
+#include "common/scene_parse.hpp"
+#include "common/scene_words.hpp"
+
+namespace cbr {
+namespace {
+
+std::string parse_instance_name(const SceneNode& node, const std::string& name, const Scene& scene) {
+  std::vector<std::string> known;
+  for (const auto& instance : scene.instances) known.push_back(instance.name);
+  require_known(node, "instance", name, known);
+  return name;
+}
+
+std::string parse_instance_name(const SceneNode& node, const Scene& scene) { return parse_instance_name(node, node.text(), scene); }
+
+// The first dot is the cut: instance names have none, surface names may.
+SurfaceName parse_surface_name(const SceneNode& node, const Scene& scene) {
+  const std::string text = node.text();
+  const auto dot = text.find('.');
+  if (dot == std::string::npos || dot == 0 || dot + 1 == text.size()) node.fail("found '" + text + "', expected INSTANCE.SURFACE");
+  return {parse_instance_name(node, text.substr(0, dot), scene), text.substr(dot + 1), node.source()};
+}
+
+std::array<bool, 3> parse_axes(const SceneNode& node) {
+  std::array<bool, 3> axes{};
+  for (const auto& item : node.list_or_one()) {
+    const auto axis = item.one_of<std::size_t>({{"x", 0}, {"y", 1}, {"z", 2}});
+    if (axes[axis]) item.fail("'" + item.text() + "' is there twice");
+    axes[axis] = true;
+  }
+  if (axes == std::array<bool, 3>{}) node.fail("is empty, expected some of x, y, z");
+  return axes;
+}
+
+History parse_history(const SceneNode& node) {
+  const SceneMap map = node.map({"time", "value"});
+  History history{map.at("time").numbers(), map.at("value").numbers()};
+  if (history.time.empty()) map.at("time").fail("is empty, expected at least one time");
+  if (history.time.size() != history.value.size()) {
+    map.at("value").fail("has " + std::to_string(history.value.size()) +
+                         " entries, expected as many as 'time' has: " + std::to_string(history.time.size()));
+  }
+  for (std::size_t i = 1; i < history.time.size(); ++i) {
+    if (history.time[i] <= history.time[i - 1]) map.at("time").list()[i].fail("not above the time before it, times must ascend");
+  }
+  return history;
+}
+
+Load parse_load(const SceneNode& node, const Scene& scene) {
+  const SceneMap map = node.map({"instance", "surface", "traction", "force", "gravity", "history"});
+  Load load;
+  load.source = node.source();
+  const std::string kind = map.exactly_one({"traction", "force", "gravity"});
+  load.value = map.at(kind).vector3();
+  load.kind = kind == "traction" ? Load::Kind::traction : kind == "force" ? Load::Kind::force : Load::Kind::gravity;
+  if (load.kind == Load::Kind::gravity) {
+    for (const char* key : {"instance", "surface"}) {
+      if (const auto* value = map.find(key)) value->fail(std::string("gravity acts on everything, remove '") + key + "'");
+    }
+  } else {
+    load.instance = parse_instance_name(map.at("instance"), scene);
+    load.surface = map.at("surface").text();
+  }
+  if (const auto* history = map.find("history")) load.history = parse_history(*history);
+  return load;
+}
+
+ContactOptions parse_one_contact(const SceneNode& node, const Scene& scene) {
+  const SceneMap map = node.map({"between", "enforcement", "friction"});
+  const auto& between = map.at("between");
+  const auto surfaces = between.list();
+  if (surfaces.size() != 2)
+    between.fail("has " + std::to_string(surfaces.size()) + " surfaces, expected two: [a.SURFACE, b.SURFACE]");
+  ContactOptions contact;
+  contact.source = node.source();
+  contact.first = parse_surface_name(surfaces[0], scene);
+  contact.second = parse_surface_name(surfaces[1], scene);
+  if (contact.first.text() == contact.second.text())
+    between.fail("'" + contact.first.text() + "' cannot be in contact with itself");
+  if (const auto* enforcement = map.find("enforcement")) {
+    contact.enforcement = enforcement->one_of(enforcement_words);
+  }
+  if (const auto* friction = map.find("friction")) {
+    contact.friction = friction->not_negative();
+    if (contact.friction > 0 && contact.enforcement == Enforcement::nodal) {
+      friction->fail("'enforcement: nodal' knows no friction, use impulse or penalty");
+    }
+  }
+  return contact;
+}
+
+void parse_step(const SceneNode& node, TimeOptions& time) {
+  if (node.is_map()) {
+    const SceneMap map = node.map({"cfl"});
+    time.cfl = map.at("cfl").positive();
+    if (*time.cfl > 1) map.at("cfl").fail("found a number above 1, expected one from above 0 to 1");
+  } else if (!node.is_scalar()) {
+    node.fail("expected auto, seconds, or {cfl: NUMBER}");
+  } else if (node.text() != "auto") {
+    time.step = node.positive();
+  }
+}
+
+}  // namespace
+
+void parse_skin(const SceneNode& node, const std::filesystem::path& folder, Scene& scene) {
+  const SceneMap map = node.map({"surfaces", "youngs_modulus", "poissons_ratio", "density", "thickness", "mesh"});
+  SkinOptions skin;
+  skin.source = node.source();
+  skin.surfaces = map.at("surfaces").names();
+  if (skin.surfaces.empty()) map.at("surfaces").fail("is empty, expected at least one surface");
+  // Shells for contact alone may have no stiffness and no mass.
+  skin.youngs_modulus = map.at("youngs_modulus").not_negative();
+  skin.poissons_ratio = map.at("poissons_ratio").in_open_range(-1, 0.5);
+  skin.density = map.at("density").not_negative();
+  skin.thickness = map.at("thickness").not_negative();
+  const auto* mesh = map.find("mesh");
+  skin.mesh = mesh != nullptr ? resolve_path(*mesh, folder) : folder / "skinned.msh";
+  scene.skin = skin;
+}
+
+void parse_boundary(const SceneNode& node, Scene& scene) {
+  for (const auto& item : node.list()) {
+    const SceneMap map = item.map({"instance", "nodes", "fix"});
+    BoundaryCondition condition;
+    condition.source = item.source();
+    condition.instance = parse_instance_name(map.at("instance"), scene);
+    condition.nodes = map.at("nodes").text();
+    condition.fix = parse_axes(map.at("fix"));
+    scene.boundary.push_back(condition);
+  }
+}
+
+void parse_loads(const SceneNode& node, Scene& scene) {
+  for (const auto& item : node.list()) scene.loads.push_back(parse_load(item, scene));
+}
+
+void parse_contact(const SceneNode& node, Scene& scene) {
+  for (const auto& item : node.list()) scene.contact.push_back(parse_one_contact(item, scene));
+}
+
+void parse_time(const SceneNode& node, Scene& scene) {
+  const SceneMap map = node.map({"end", "step", "integrator", "force"});
+  TimeOptions time;
+  time.source = node.source();
+  time.end = map.at("end").positive();
+  if (const auto* step = map.find("step")) parse_step(*step, time);
+  if (const auto* force = map.find("force")) time.force_step = force->boolean();
+  if (const auto* integrator = map.find("integrator")) {
+    time.integrator = integrator->one_of(integrator_words);
+  }
+  scene.time = time;
+}
+
+void parse_output(const SceneNode& node, Scene& scene) {
+  const SceneMap map = node.map({"every", "history", "fields"});
+  scene.output.source = node.source();
+  if (const auto* every = map.find("every")) scene.output.every = every->not_negative();
+  if (const auto* history = map.find("history")) {
+    std::set<std::string> seen;
+    for (const auto& item : history->list_or_one()) {
+      scene.output.history.push_back(parse_surface_name(item, scene));
+      if (!seen.insert(item.text()).second) item.fail("'" + item.text() + "' is there twice");
+    }
+  }
+  if (const auto* fields = map.find("fields")) {
+    for (const auto& item : fields->list_or_one()) {
+      scene.output.fields.push_back(
+          item.one_of<std::string>({{"displacement", "displacement"}, {"velocity", "velocity"}, {"stress", "stress"}}));
+    }
+    fields->names();  // none twice
+  }
+}
+
+}  // namespace cbr

@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
+#include <charconv>
+#include <ostream>
+
+#include "common/error.hpp"
+#include "common/number_text.hpp"
+#include "common/scene.hpp"
+#include "common/scene_words.hpp"
+
+namespace cbr {
+namespace {
+
+// Words that YAML readers, ours and others, take for something else than text.
+bool is_reserved(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  for (const char* word : {"true", "false", "yes", "no", "on", "off", "null", "n"}) {
+    if (text == word) return true;
+  }
+  return false;
+}
+
+bool is_plain(const std::string& text) {
+  const auto is_letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; };
+  if (text.empty() || is_reserved(text) || !(is_letter(text[0]) || text[0] == '/')) return false;
+  return std::all_of(text.begin(), text.end(),
+                     [&](char c) { return is_letter(c) || (c >= '0' && c <= '9') || c == '/' || c == '.' || c == '-'; });
+}
+
+std::string word(const std::string& text) {
+  if (is_plain(text)) return text;
+  constexpr const char* digits = "0123456789abcdef";
+  std::string quoted = "\"";
+  for (const char c : text) {
+    const auto code = static_cast<unsigned char>(c);
+    if (c == '"' || c == '\\') {
+      quoted += '\\', quoted += c;
+    } else if (code < 0x20 || code == 0x7f) {
+      quoted += "\\x", quoted += digits[code >> 4], quoted += digits[code & 15];
+    } else {
+      quoted += c;
+    }
+  }
+  return quoted + "\"";
+}
+
+std::string list(const std::vector<std::string>& items) { return "[" + join(items) + "]"; }
+
+std::string words(const std::vector<std::string>& texts) {
+  std::vector<std::string> items;
+  for (const auto& text : texts) items.push_back(word(text));
+  return list(items);
+}
+
+std::string numbers(const std::vector<double>& values) {
+  std::vector<std::string> items;
+  for (const double value : values) items.push_back(number_text(value));
+  return list(items);
+}
+
+std::string vector(const Vector3& v) { return numbers({v(0), v(1), v(2)}); }
+
+// {key: value, ...}, in the order of the calls.
+class FlowMap {
+ public:
+  FlowMap& add(const std::string& key, const std::string& value) {
+    items_.push_back(key + ": " + value);
+    return *this;
+  }
+  FlowMap& add_if(bool condition, const std::string& key, const std::string& value) { return condition ? add(key, value) : *this; }
+  std::string text() const { return "{" + join(items_) + "}"; }
+
+ private:
+  std::vector<std::string> items_;
+};
+
+std::string path(const std::filesystem::path& file) { return word(std::filesystem::absolute(file).lexically_normal().string()); }
+
+void write_component(const Component& component, std::ostream& out) {
+  out << "  " << word(component.name) << ":\n    mesh: " << path(component.mesh) << "\n";
+  if (!component.material.empty()) out << "    material: " << word(component.material) << "\n";
+  if (!component.blocks.empty()) out << "    blocks:\n";
+  for (const auto& [block, options] : component.blocks) {
+    FlowMap map;
+    map.add_if(!options.material.empty(), "material", word(options.material));
+    if (options.element) map.add("element", word_of(hex8_words, *options.element));
+    out << "      " << word(block) << ": " << map.text() << "\n";
+  }
+  out << "    element: " << word_of(hex8_words, component.element) << "\n";
+  out << "    mass: " << word_of(mass_words, component.mass) << "\n";
+  if (!component.reduction) return;
+  const ReductionOptions& reduction = *component.reduction;
+  out << "    reduction:\n";
+  out << "      basis: " << word(reduction.basis) << "\n";
+  out << "      interface: " << words(reduction.interface_sets) << "\n";
+  if (reduction.modes) out << "      modes: " << *reduction.modes << "\n";
+  if (reduction.cutoff_hz) out << "      cutoff_hz: " << number_text(*reduction.cutoff_hz) << "\n";
+  out << "      pick: " << word(reduction.pick) << "\n";
+  out << "      domains: " << reduction.domains << "\n";
+  out << "      recovery: " << (reduction.recovery ? "true" : "false") << "\n";
+  out << "      superelement: " << path(reduction.superelement) << "\n";
+}
+
+void write_instance(const Instance& instance, std::ostream& out) {
+  FlowMap map;
+  map.add("component", word(instance.component)).add("as", word_of(instance_words, instance.as));
+  map.add("position", vector(instance.position)).add("rotation", vector(instance.rotation_degrees));
+  map.add_if(!instance.mirror.empty(), "mirror", instance.mirror).add("velocity", vector(instance.velocity));
+  out << "  " << word(instance.name) << ": " << map.text() << "\n";
+}
+
+void write_skin(const SkinOptions& skin, std::ostream& out) {
+  FlowMap map;
+  map.add("surfaces", words(skin.surfaces)).add("youngs_modulus", number_text(skin.youngs_modulus));
+  map.add("poissons_ratio", number_text(skin.poissons_ratio)).add("density", number_text(skin.density));
+  map.add("thickness", number_text(skin.thickness)).add("mesh", path(skin.mesh));
+  out << "skin: " << map.text() << "\n";
+}
+
+std::string boundary_text(const BoundaryCondition& condition) {
+  std::vector<std::string> axes;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (condition.fix[axis]) axes.push_back(std::string(1, "xyz"[axis]));
+  }
+  return FlowMap().add("instance", word(condition.instance)).add("nodes", word(condition.nodes)).add("fix", list(axes)).text();
+}
+
+std::string load_text(const Load& load) {
+  FlowMap map;
+  const bool is_gravity = load.kind == Load::Kind::gravity;
+  if (!is_gravity) map.add("instance", word(load.instance)).add("surface", word(load.surface));
+  map.add(is_gravity ? "gravity" : load.kind == Load::Kind::force ? "force" : "traction", vector(load.value));
+  if (!load.history.time.empty()) {
+    map.add("history", FlowMap().add("time", numbers(load.history.time)).add("value", numbers(load.history.value)).text());
+  }
+  return map.text();
+}
+
+std::string contact_text(const ContactOptions& contact) {
+  return FlowMap()
+      .add("between", words({contact.first.text(), contact.second.text()}))
+      .add("enforcement", word_of(enforcement_words, contact.enforcement))
+      .add("friction", number_text(contact.friction))
+      .text();
+}
+
+std::string time_text(const TimeOptions& time) {
+  const std::string step = time.step  ? number_text(*time.step)
+                           : time.cfl ? "{cfl: " + number_text(*time.cfl) + "}"
+                                      : std::string("auto");
+  FlowMap map;
+  map.add("end", number_text(time.end)).add("step", step).add("integrator", word_of(integrator_words, time.integrator));
+  return map.add_if(time.force_step, "force", "true").text();
+}
+
+template <typename Item, typename Text>
+void write_list(const std::string& section, const std::vector<Item>& items, const Text& text, std::ostream& out) {
+  if (!items.empty()) out << section << ":\n";
+  for (const auto& item : items) out << "  - " << text(item) << "\n";
+}
+
+}  // namespace
+
+void write_scene(const Scene& scene, std::ostream& out) {
+  out << "materials:\n";
+  for (const auto& [material_name, material] : scene.materials) {
+    FlowMap map;
+    map.add("youngs_modulus", number_text(material.youngs_modulus)).add("poissons_ratio", number_text(material.poissons_ratio));
+    out << "  " << word(material_name) << ": " << map.add("density", number_text(material.density)).text() << "\n";
+  }
+  out << "components:\n";
+  for (const auto& [component_name, component] : scene.components) write_component(component, out);
+  if (!scene.instances.empty()) out << "instances:\n";
+  for (const auto& instance : scene.instances) write_instance(instance, out);
+  if (scene.skin) write_skin(*scene.skin, out);
+  write_list("boundary", scene.boundary, boundary_text, out);
+  write_list("loads", scene.loads, load_text, out);
+  write_list("contact", scene.contact, contact_text, out);
+  if (scene.time) out << "time: " << time_text(*scene.time) << "\n";
+  std::vector<std::string> history;
+  for (const auto& surface : scene.output.history) history.push_back(surface.text());
+  FlowMap output;
+  output.add("every", number_text(scene.output.every)).add("history", words(history)).add("fields", words(scene.output.fields));
+  out << "output: " << output.text() << "\n";
+}
+
+}  // namespace cbr

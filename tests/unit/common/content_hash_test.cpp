@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "tests/unit/common/scene_samples.hpp"
+
+namespace cbr {
+namespace {
+
+using test::replaced;
+using test::TemporaryFolder;
+
+const std::string scene_text = R"(materials:
+  steel: {youngs_modulus: 2e11, poissons_ratio: 0.3, density: 7836}
+  other: {youngs_modulus: 1e9, poissons_ratio: 0.3, density: 1000}
+components:
+  block:
+    mesh: block.msh
+    material: steel
+    blocks: {core: {element: hex8}}
+    reduction: {interface: [a, b], modes: 10, superelement: block.h5}
+)";
+
+std::string hash_of(const std::string& text, const std::string& mesh_bytes = "mesh") {
+  const TemporaryFolder folder;
+  test::write_bytes(folder / "block.msh", mesh_bytes);
+  test::write_bytes(folder / "renamed.msh", mesh_bytes);
+  const Scene scene = test::read_text(folder, text);
+  return content_hash(scene, scene.components.begin()->second);
+}
+
+TEST(ContentHash, isTheSameForWhatDoesNotMatter) {
+  const std::string hash = hash_of(scene_text);
+  EXPECT_EQ(hash.size(), 32u);
+  EXPECT_EQ(hash_of(scene_text), hash);
+  const std::vector<std::pair<std::string, std::string>> same = {
+      {"block.msh", "renamed.msh"},
+      {"block.h5", "elsewhere.h5"},
+      {"[a, b]", "[b, a]"},
+      {"youngs_modulus: 1e9", "youngs_modulus: 2e9"},                                        // a material that is not used
+      {"youngs_modulus: 2e11", "youngs_modulus: 200000000000"},                              // the same number
+      {"    reduction", "    element: hex8-incompatible\n    mass: lumped\n    reduction"},  // the defaults
+      {"modes: 10", "modes: 10, pick: frequency, domains: 1, recovery: false, basis: craig-bampton"},
+      {"  block:\n", "  brick:\n"}};
+  for (const auto& [old, with] : same) EXPECT_EQ(hash_of(replaced(scene_text, old, with)), hash) << with;
+  std::string renamed = replaced(scene_text, "  steel:", "  iron:");
+  EXPECT_EQ(hash_of(replaced(renamed, "material: steel", "material: iron")), hash);
+}
+
+TEST(ContentHash, differsForWhatMatters) {
+  std::set<std::string> hashes = {hash_of(scene_text), hash_of(scene_text, "mesh!"), hash_of(scene_text, "")};
+  const std::vector<std::pair<std::string, std::string>> different = {
+      {"youngs_modulus: 2e11", "youngs_modulus: 200000000000.00003"},
+      {"poissons_ratio: 0.3", "poissons_ratio: 0.29"},
+      {"density: 7836", "density: 7835"},
+      {"material: steel", "material: other"},
+      {"core: {element: hex8}", "core: {element: hex8-hourglass}"},
+      {"core: {element: hex8}", "hull: {element: hex8}"},
+      {"core: {element: hex8}", "core: {element: hex8, material: other}"},
+      {"    reduction", "    element: hex8-hourglass\n    reduction"},
+      {"    reduction", "    mass: consistent\n    reduction"},
+      {"[a, b]", "[a]"},
+      {"[a, b]", "[ab]"},
+      {"[a, b]", "[a, b, c]"},
+      {"modes: 10", "modes: 11"},
+      {"modes: 10", "cutoff_hz: 10"},
+      {"modes: 10", "modes: 10, pick: participation"},
+      {"modes: 10", "modes: 10, domains: 2"},
+      {"modes: 10", "modes: 10, recovery: true"}};
+  for (const auto& [old, with] : different) {
+    EXPECT_TRUE(hashes.insert(hash_of(replaced(scene_text, old, with))).second) << with;
+  }
+  EXPECT_EQ(hashes.size(), 3 + different.size());
+}
+
+TEST(ContentHash, needsTheMesh) {
+  const TemporaryFolder folder;
+  const Scene scene = test::read_text(folder, scene_text);
+  EXPECT_THROW(content_hash(scene, scene.components.begin()->second), InputError);
+  std::filesystem::create_directory(folder / "block.msh");
+  EXPECT_THROW(content_hash(scene, scene.components.begin()->second), InputError);
+}
+
+}  // namespace
+}  // namespace cbr

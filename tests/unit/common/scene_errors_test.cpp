@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "tests/unit/common/scene_samples.hpp"
+
+namespace cbr {
+namespace {
+
+using test::full_scene;
+using test::refusal;
+using test::replaced;
+using test::TemporaryFolder;
+
+struct Mistake {
+  std::string old, with;               // in the full scene
+  std::vector<std::string> mentioned;  // by the message: line, key, found, allowed
+};
+
+void PrintTo(const Mistake& mistake, std::ostream* out) { *out << mistake.mentioned.front(); }
+
+class SceneMistake : public testing::TestWithParam<Mistake> {};
+
+TEST_P(SceneMistake, isRefusedWithLineKeyAndCure) {
+  const TemporaryFolder folder;
+  const Mistake& mistake = GetParam();
+  const std::string message = refusal(folder, replaced(full_scene, mistake.old, mistake.with));
+  EXPECT_FALSE(message.empty()) << "accepted: " << mistake.with;
+  for (const auto& text : mistake.mentioned) {
+    EXPECT_NE(message.find(text), std::string::npos) << "'" << text << "' is not in: " << message;
+  }
+  EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+}
+
+const std::vector<Mistake> mistakes = {
+    // keys
+    {"    material: steel\n    blocks",
+     "    materials: steel\n    blocks",
+     {"impact.yaml:7: components.block.materials: unknown key 'materials', did you mean 'material'? allowed: mesh, material"}},
+    {"time: {end: 1.2e-5,", "time: {ende: 1.2e-5,", {"impact.yaml:40: time.ende: unknown key", "did you mean 'end'?"}},
+    {"\noutput:", "\nextra: 1\noutput:", {"impact.yaml:41: extra: unknown key 'extra'", "allowed: materials, components"}},
+    {"    mesh: meshes/block.msh\n", "", {"impact.yaml:5: components.block: missing key 'mesh'"}},
+    {"density: 7836", "density: 7836, density: 7", {"impact.yaml:2: materials.steel.density: key 'density' is there twice"}},
+    {"  left:  {component: plate, as: superelement}",
+     "  left:  {component: plate}\n  left: {component: plate}",
+     {"impact.yaml:29: instances.left", "twice"}},
+    {"youngs_modulus: 5.17e12, ", "", {"impact.yaml:2: materials.steel: missing key 'youngs_modulus'"}},
+    // numbers
+    {"5.17e12", "-5.17e12", {"impact.yaml:2: materials.steel.youngs_modulus: found '-5.17e12', expected a number above 0"}},
+    {"5.17e12", "0", {"youngs_modulus", "above 0"}},
+    {"5.17e12", ".nan", {"youngs_modulus: found '.nan', expected a finite number"}},
+    {"5.17e12", ".inf", {"youngs_modulus: found '.inf', expected a finite number"}},
+    {"5.17e12", "nan", {"youngs_modulus", "finite"}},
+    {"5.17e12", "1e999", {"youngs_modulus", "'1e999'"}},
+    {"5.17e12", "5.17d12", {"youngs_modulus: found '5.17d12', expected a number"}},
+    {"5.17e12", "0x10", {"youngs_modulus: found '0x10', expected a number"}},
+    {"5.17e12", "210 GPa", {"youngs_modulus: found '210 GPa', expected a number"}},
+    {"5.17e12", "[1]", {"youngs_modulus: found a list, expected a number"}},
+    {"youngs_modulus: 5.17e12", "youngs_modulus:", {"youngs_modulus: found nothing, expected a number"}},
+    {"poissons_ratio: 0.3, density: 7836",
+     "poissons_ratio: 0.5, density: 7836",
+     {"found '0.5', expected a number between -1 and 0.5"}},
+    {"poissons_ratio: 0.3, density: 7836", "poissons_ratio: -1, density: 7836", {"expected a number between -1 and 0.5"}},
+    {"density: 7836", "density: 0", {"density", "above 0"}},
+    {"modes: 80", "modes: -1", {"impact.yaml:16: components.block.reduction.modes: found '-1', expected a whole number from 0"}},
+    {"modes: 80", "modes: 1.5", {"expected a whole number"}},
+    {"modes: 80", "modes: 99999999999999999999", {"expected a whole number"}},
+    {"modes: 80", "modes: eighty", {"found 'eighty', expected a whole number"}},
+    {"domains: 3", "domains: 0", {"expected a whole number from 1"}},
+    {"cutoff_hz: 2.0e6", "cutoff_hz: -2.0e6", {"cutoff_hz", "above 0"}},
+    {"thickness: 2.5e-10", "thickness: -1", {"skin.thickness: found '-1', expected a number from 0"}},
+    {"friction: 0.25", "friction: -0.25", {"impact.yaml:38: contact[0].friction: found '-0.25', expected a number from 0"}},
+    {"end: 1.2e-5", "end: 0", {"time.end", "above 0"}},
+    {"step: 1.0e-8", "step: -1.0e-8", {"time.step", "above 0"}},
+    {"step: 1.0e-8", "step: small", {"time.step: found 'small', expected a number"}},
+    {"step: 1.0e-8", "step: {cfl: 1.5}", {"time.step.cfl", "from above 0 to 1"}},
+    {"step: 1.0e-8", "step: {cfl: 0}", {"time.step.cfl", "above 0"}},
+    {"step: 1.0e-8", "step: {clf: 0.5}", {"did you mean 'cfl'?"}},
+    {"step: 1.0e-8", "step: [1]", {"time.step: expected auto"}},
+    {"every: 1.0e-7", "every: -1", {"impact.yaml:42: output.every: found '-1'"}},
+    // vectors and lists
+    {"[0.0381, 0, 0]", "[0.0381, 0]", {"instances.right.position: found a list of 2, expected a list of three numbers"}},
+    {"[0.0381, 0, 0]", "[0.0381, 0, 0, 0]", {"found a list of 4"}},
+    {"[0.0381, 0, 0]", "0.0381", {"found '0.0381', expected a list of three numbers"}},
+    {"[0.0381, 0, 0]", "[0.0381, zero, 0]", {"position[1]: found 'zero', expected a number"}},
+    {"[10, -20.5, 1e-3]", "[10, .inf, 0]", {"rotation[1]", "finite"}},
+    {"[0, 3e-7, 6e-7]", "[0, 3e-7, 3e-7]", {"impact.yaml:34: loads[0].history.time[2]: not above the time before it"}},
+    {"[0, 3e-7, 6e-7]", "[0, 3e-7]", {"history.value: has 3 entries, expected as many as 'time' has: 2"}},
+    {"time: [0, 3e-7, 6e-7], value: [0, 6.9e8, 0]", "time: [], value: []", {"history.time: is empty"}},
+    {"fix: [x, z]", "fix: [x, x]", {"'x' is there twice"}},
+    {"fix: [x, z]", "fix: []", {"boundary[0].fix: is empty"}},
+    {"fix: [x, z]", "fix: [w]", {"unknown value 'w'", "allowed: x, y, z"}},
+    // choices
+    {"    element: hex8-hourglass",
+     "    element: hex8-hourglas",
+     {"impact.yaml:11: components.block.element: unknown value 'hex8-hourglas', did you mean 'hex8-hourglass'? allowed: hex8"}},
+    {"mass: consistent", "mass: heavy", {"allowed: lumped, consistent"}},
+    {"basis: craig-bampton",
+     "basis: massless",
+     {"impact.yaml:14: components.block.reduction.basis: basis 'massless' is not available"}},
+    {"basis: craig-bampton", "basis: craig", {"unknown basis 'craig'"}},
+    {"pick: participation", "pick: random", {"allowed: frequency, participation"}},
+    {"recovery: true", "recovery: maybe", {"expected true or false"}},
+    {"as: mesh", "as: full", {"instances.right.as: unknown value 'full', allowed: superelement, mesh"}},
+    {"mirror: x", "mirror: xy", {"allowed: x, y, z"}},
+    {"enforcement: penalty", "enforcement: Penalty", {"did you mean 'penalty'? allowed: impulse, penalty, nodal"}},
+    {"integrator: newmark", "integrator: euler", {"allowed: exact, central-difference, newmark"}},
+    {"[displacement, stress]", "[temperature]", {"output.fields[0]", "allowed: displacement, velocity, stress"}},
+    {"[displacement, stress]", "[stress, stress]", {"'stress' is there twice"}},
+    // references
+    {"    material: steel\n    blocks",
+     "    material: stel\n    blocks",
+     {"impact.yaml:7: components.block.material: unknown material 'stel', did you mean 'steel'? known: soft stuff, steel"}},
+    {"{material: soft stuff, element: hex8}", "{material: rubber}", {"blocks.core.material: unknown material 'rubber'"}},
+    {"component: plate", "component: plat", {"unknown component 'plat', did you mean 'plate'? known: bare, block, plate"}},
+    {"component: bare}", "component: bare, as: superelement}", {"impact.yaml:29: instances.third.as", "has no 'reduction'"}},
+    {"[left.contact, right.contact], enf",
+     "[lft.contact, right.contact], enf",
+     {"contact[0].between[0]: unknown instance 'lft', did you mean 'left'? known: right, left, third"}},
+    {"[left.contact, right.contact], enf", "[left.contact], enf", {"has 1 surfaces, expected two"}},
+    {"[left.contact, right.contact], enf", "[left, right.contact], enf", {"found 'left', expected INSTANCE.SURFACE"}},
+    {"[left.contact, right.contact], enf", "[left., right.contact], enf", {"expected INSTANCE.SURFACE"}},
+    {"[left.contact, right.contact], enf", "[left.contact, left.contact], enf", {"cannot be in contact with itself"}},
+    {"history: [left.contact, right.contact]",
+     "history: [left.contact, left.contact]",
+     {"output.history[1]: 'left.contact' is there twice"}},
+    {"history: [left.contact, right.contact]", "history: [middle.contact]", {"impact.yaml:43", "unknown instance 'middle'"}},
+    {"instance: left, nodes", "instance: nobody, nodes", {"boundary[0].instance: unknown instance 'nobody'"}},
+    // combinations
+    {"modes: 80\n",
+     "modes: 80\n      cutoff_hz: 1e6\n",
+     {"components.block.reduction: more than one of modes, cutoff_hz is given"}},
+    {"      modes: 80\n", "", {"none of modes, cutoff_hz is given, expected exactly one"}},
+    {"      interface: [contact, \"two words\"]\n", "", {"components.block.reduction: missing key 'interface'"}},
+    {"interface: [contact, \"two words\"]", "interface: [contact, contact]", {"'contact' is there twice"}},
+    {"interface: [contact, \"two words\"]", "interface: {contact: 1}", {"expected a list"}},
+    {"traction: [-1, 0, 0]", "traction: [-1, 0, 0], force: [0, 0, 1]", {"loads[0]: more than one of traction, force, gravity"}},
+    {"gravity: [0, 0, -9.81]", "gravity: [0, 0, -9.81], instance: left", {"gravity acts on everything"}},
+    {"enforcement: nodal", "enforcement: nodal, friction: 0.1", {"knows no friction"}},
+    {"superelement: ../out/block.h5", "superelement: plate.cbr.h5", {"is also that of component 'block'"}},
+    {"{mesh: bare.msh, blocks: {all: {material: steel}}}", "{mesh: bare.msh}", {"components.bare: missing key 'material'"}},
+    {"{mesh: bare.msh, blocks: {all: {material: steel}}}",
+     "{mesh: bare.msh, blocks: {all: {element: hex8}}}",
+     {"components.bare.blocks.all: missing key 'material'"}},
+    // shapes
+    {"  steel: {youngs_modulus: 5.17e12, poissons_ratio: 0.3, density: 7836}",
+     "  steel: 5.17e12",
+     {"impact.yaml:2: materials.steel: found '5.17e12', expected a map with the keys youngs_modulus"}},
+    {"instances:\n  right:", "instances:\n  ri.ght:", {"holds a dot or a slash"}},
+    {"surfaces: [contact]", "surfaces: []", {"skin.surfaces: is empty"}},
+    {"mesh: meshes/block.msh", "mesh: ''", {"components.block.mesh: found an empty word"}},
+    {"mesh: meshes/block.msh", "mesh:", {"components.block.mesh: found nothing, expected a word"}},
+    {"boundary:\n  - {instance: left, nodes: clamp, fix: [x, z]}",
+     "boundary: {instance: left}",
+     {"boundary: found a map, expected a list"}},
+    {"  steel:", "  [a]:", {"impact.yaml:2: materials: a key is not a plain word"}},
+    {"time: {end", "time: {<<: 1, end", {"time: merge key"}},
+};
+
+INSTANTIATE_TEST_SUITE_P(All, SceneMistake, testing::ValuesIn(mistakes));
+
+TEST(SceneErrors, wholeFiles) {
+  const TemporaryFolder folder;
+  const auto starts = [&](const std::string& text, const std::string& start) {
+    const std::string message = refusal(folder, text);
+    EXPECT_EQ(message.substr(0, start.size()), start) << message;
+  };
+  starts("", "impact.yaml: is empty");
+  starts("# only a comment\n", "impact.yaml: is empty");
+  starts("{}", "impact.yaml:1: missing key 'materials'");
+  starts("just words", "impact.yaml:1: found 'just words', expected a map with the keys materials");
+  starts("- a\n- b\n", "impact.yaml:1: found a list, expected a map");
+  starts("a: [1, 2\nb: {", "impact.yaml:");
+  starts("a: 1\n\tb: 2\n", "impact.yaml:2: is not valid YAML");
+  starts(full_scene + "---\n" + full_scene, "impact.yaml: holds 2 YAML documents");
+  starts(std::string("materials\0: {}", 14), "impact.yaml: is not a text file");
+  starts("materials: {}\ncomponents: {}\n", "impact.yaml:1: materials: is empty");
+  starts("materials: *unknown\n", "impact.yaml:1: is not valid YAML");
+  starts(std::string(200000, '[') + std::string(200000, ']'), "impact.yaml:");
+  starts(std::string(100000, '{'), "impact.yaml:");
+  starts("materials: &a {<<: *a}\n", "impact.yaml:");
+  starts("materials: &a {m: {<<: *a}}\n", "impact.yaml:");
+}
+
+TEST(SceneErrors, filesThatCannotBeRead) {
+  const TemporaryFolder folder;
+  EXPECT_THROW(read_scene((folder / "missing.yaml").string()), InputError);
+  EXPECT_THROW(read_scene(folder.path().string()), InputError);
+  EXPECT_THROW(read_scene(""), InputError);
+}
+
+// Whatever an editor's slip, a cut or a broken transfer makes of a scene: read, or refused in words.
+TEST(SceneErrors, noDamageDoesMoreThanBeRefused) {
+  const TemporaryFolder folder;
+  std::mt19937 random(3);
+  const std::string bytes = "{}[]:,-#&*!|>'\"%@`\n\t .0e+\xff\x80~<";
+  int refused = 0;
+  constexpr int trials = 3000;
+  for (int trial = 0; trial < trials; ++trial) {
+    std::string text = full_scene;
+    for (int change = 0; change <= trial % 4 && !text.empty(); ++change) {
+      const std::size_t at = random() % text.size();
+      switch (random() % 4) {
+        case 0:
+          text[at] = bytes[random() % bytes.size()];
+          break;
+        case 1:
+          text.erase(at, 1 + random() % 8);
+          break;
+        case 2:
+          text.insert(at, 1, bytes[random() % bytes.size()]);
+          break;
+        default:
+          text.resize(at + 1);
+          break;
+      }
+    }
+    if (!refusal(folder, text).empty()) ++refused;
+  }
+  EXPECT_GT(refused, trials / 2);
+}
+
+}  // namespace
+}  // namespace cbr

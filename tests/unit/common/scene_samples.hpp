@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <sstream>
+#include <string>
+
+#include "common/error.hpp"
+#include "common/scene.hpp"
+#include "tests/formats/temporary_folder.hpp"
+
+namespace cbr::test {
+
+// Every key of docs/formats.md once, each with a value that is not its default.
+inline const std::string full_scene = R"(materials:
+  steel: {youngs_modulus: 5.17e12, poissons_ratio: 0.3, density: 7836}
+  "soft stuff": {youngs_modulus: 1.0e-3, poissons_ratio: -0.25, density: 0.1}
+components:
+  block:
+    mesh: meshes/block.msh
+    material: steel
+    blocks:
+      core: {material: soft stuff, element: hex8}
+      "true": {element: hex8-hourglass}
+    element: hex8-hourglass
+    mass: consistent
+    reduction:
+      basis: craig-bampton
+      interface: [contact, "two words"]
+      modes: 80
+      pick: participation
+      domains: 3
+      recovery: true
+      superelement: ../out/block.h5
+  plate:
+    mesh: /elsewhere/plate.e
+    material: steel
+    reduction: {interface: contact, cutoff_hz: 2.0e6}
+  bare: {mesh: bare.msh, blocks: {all: {material: steel}}}
+instances:
+  right: {component: block, as: mesh, position: [0.0381, 0, 0], rotation: [10, -20.5, 1e-3], mirror: x, velocity: [-1, 0.1, 3810]}
+  left:  {component: plate, as: superelement}
+  third: {component: bare}
+skin: {surfaces: [contact], youngs_modulus: 6.9e3, poissons_ratio: 0.3, density: 0.11, thickness: 2.5e-10, mesh: skins/skinned.msh}
+boundary:
+  - {instance: left, nodes: clamp, fix: [x, z]}
+loads:
+  - {instance: left, surface: tip, traction: [-1, 0, 0], history: {time: [0, 3e-7, 6e-7], value: [0, 6.9e8, 0]}}
+  - {instance: right, surface: tip.end, force: [0, 0, -100]}
+  - {gravity: [0, 0, -9.81]}
+contact:
+  - {between: [left.contact, right.contact], enforcement: penalty, friction: 0.25}
+  - {between: [left.top, right.a.b], enforcement: nodal}
+time: {end: 1.2e-5, step: 1.0e-8, integrator: newmark, force: true}
+output:
+  every: 1.0e-7
+  history: [left.contact, right.contact]
+  fields: [displacement, stress]
+)";
+
+inline std::string replaced(std::string text, const std::string& old, const std::string& with) {
+  const auto at = text.find(old);
+  if (at == std::string::npos) throw std::logic_error("the sample scene has no '" + old + "'");
+  return text.replace(at, old.size(), with);
+}
+
+inline Scene read_text(const TemporaryFolder& folder, const std::string& text) {
+  write_bytes(folder / "impact.yaml", text);
+  return read_scene((folder / "impact.yaml").string());
+}
+
+// The message, without the folder's name; "" when the scene is read.
+inline std::string refusal(const TemporaryFolder& folder, const std::string& text) {
+  try {
+    read_text(folder, text);
+    return "";
+  } catch (const InputError& error) {
+    const std::string message = error.what(), prefix = folder.path().string() + "/";
+    return message.rfind(prefix, 0) == 0 ? message.substr(prefix.size()) : message;
+  }
+}
+
+inline std::string written(const Scene& scene) {
+  std::ostringstream out;
+  write_scene(scene, out);
+  return out.str();
+}
+
+}  // namespace cbr::test

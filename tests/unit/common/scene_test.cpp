@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "common/scene.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <numbers>
+#include <random>
+
+#include "tests/unit/common/scene_samples.hpp"
+
+namespace cbr {
+namespace {
+
+using test::full_scene;
+using test::read_text;
+using test::replaced;
+using test::TemporaryFolder;
+using test::written;
+
+TEST(Scene, everyKeyArrives) {
+  const TemporaryFolder folder;
+  const Scene scene = read_text(folder, full_scene);
+  ASSERT_EQ(scene.materials.size(), 2u);
+  EXPECT_EQ(scene.materials.at("steel").youngs_modulus, 5.17e12);
+  EXPECT_EQ(scene.materials.at("soft stuff").poissons_ratio, -0.25);
+  EXPECT_EQ(scene.materials.at("steel").density, 7836);
+  const Component& block = scene.components.at("block");
+  EXPECT_EQ(block.mesh, folder / "meshes/block.msh");
+  EXPECT_EQ(block.material, "steel");
+  EXPECT_EQ(block.blocks.at("core").material, "soft stuff");
+  EXPECT_EQ(block.blocks.at("core").element, Hex8Formulation::full);
+  EXPECT_EQ(block.blocks.at("true").material, "");
+  EXPECT_EQ(block.element, Hex8Formulation::hourglass);
+  EXPECT_EQ(block.mass, MassKind::consistent);
+  ASSERT_TRUE(block.reduction);
+  EXPECT_EQ(block.reduction->interface_sets, (std::vector<std::string>{"contact", "two words"}));
+  EXPECT_EQ(block.reduction->modes, 80);
+  EXPECT_FALSE(block.reduction->cutoff_hz);
+  EXPECT_EQ(block.reduction->pick, "participation");
+  EXPECT_EQ(block.reduction->domains, 3);
+  EXPECT_TRUE(block.reduction->recovery);
+  EXPECT_EQ(block.reduction->superelement, (folder.path().parent_path() / "out/block.h5"));
+  EXPECT_EQ(block.source.text(), (folder / "impact.yaml").string() + ":5");
+  const Component& plate = scene.components.at("plate");
+  EXPECT_EQ(plate.mesh, "/elsewhere/plate.e");
+  EXPECT_EQ(plate.element, Hex8Formulation::incompatible);
+  EXPECT_EQ(plate.mass, MassKind::lumped);
+  EXPECT_EQ(plate.reduction->cutoff_hz, 2e6);
+  EXPECT_EQ(plate.reduction->pick, "frequency");
+  EXPECT_EQ(plate.reduction->interface_sets, std::vector<std::string>{"contact"});
+  EXPECT_EQ(plate.reduction->superelement, folder / "plate.cbr.h5");
+  EXPECT_FALSE(scene.components.at("bare").reduction);
+}
+
+TEST(Scene, everyKeyOfARunArrives) {
+  const TemporaryFolder folder;
+  const Scene scene = read_text(folder, full_scene);
+  ASSERT_EQ(scene.instances.size(), 3u);
+  const Instance& right = scene.instances[0];
+  EXPECT_EQ(right.name, "right");
+  EXPECT_EQ(right.as, InstanceKind::mesh);
+  EXPECT_EQ(right.position, Vector3(0.0381, 0, 0));
+  EXPECT_EQ(right.rotation_degrees, Vector3(10, -20.5, 1e-3));
+  EXPECT_EQ(right.mirror, "x");
+  EXPECT_EQ(right.velocity, Vector3(-1, 0.1, 3810));
+  EXPECT_EQ(scene.instances[1].as, InstanceKind::superelement);
+  EXPECT_EQ(scene.instances[2].as, InstanceKind::mesh);
+  EXPECT_EQ(&component_of(scene, right), &scene.components.at("block"));
+  EXPECT_EQ(scene.skin->thickness, 2.5e-10);
+  EXPECT_EQ(scene.skin->mesh, folder / "skins/skinned.msh");
+  EXPECT_EQ(scene.boundary.at(0).fix, (std::array<bool, 3>{true, false, true}));
+  ASSERT_EQ(scene.loads.size(), 3u);
+  EXPECT_EQ(scene.loads[0].history.value, (std::vector<double>{0, 6.9e8, 0}));
+  EXPECT_EQ(scene.loads[1].kind, Load::Kind::force);
+  EXPECT_EQ(scene.loads[1].surface, "tip.end");
+  EXPECT_EQ(scene.loads[2].kind, Load::Kind::gravity);
+  EXPECT_EQ(scene.loads[2].value, Vector3(0, 0, -9.81));
+  ASSERT_EQ(scene.contact.size(), 2u);
+  EXPECT_EQ(scene.contact[0].enforcement, Enforcement::penalty);
+  EXPECT_EQ(scene.contact[0].friction, 0.25);
+  EXPECT_EQ(scene.contact[1].second.instance, "right");
+  EXPECT_EQ(scene.contact[1].second.surface, "a.b");
+  EXPECT_EQ(scene.time->end, 1.2e-5);
+  EXPECT_EQ(scene.time->step, 1e-8);
+  EXPECT_TRUE(scene.time->force_step);
+  EXPECT_EQ(scene.time->integrator, Integrator::newmark);
+  EXPECT_EQ(scene.output.every, 1e-7);
+  EXPECT_EQ(scene.output.history.at(1).text(), "right.contact");
+  EXPECT_EQ(scene.output.fields, (std::vector<std::string>{"displacement", "stress"}));
+}
+
+TEST(Scene, defaultsAreThoseOfTheContract) {
+  const TemporaryFolder folder;
+  const Scene scene = read_text(folder,
+                                "materials: {m: {youngs_modulus: 1, poissons_ratio: 0, density: 1}}\n"
+                                "components: {a: {mesh: a.msh, material: m, reduction: {interface: [], modes: 0}}}\n"
+                                "instances: {i: {component: a}, j: {component: a, as: mesh}}\n"
+                                "contact: [{between: [i.s, j.s]}]\n"
+                                "time: {end: 1}\n");
+  EXPECT_EQ(scene.instances[0].as, InstanceKind::superelement);
+  EXPECT_EQ(scene.contact[0].enforcement, Enforcement::impulse);
+  EXPECT_EQ(scene.contact[0].friction, 0);
+  EXPECT_FALSE(scene.time->step || scene.time->cfl || scene.time->force_step);
+  EXPECT_EQ(scene.time->integrator, Integrator::exact);
+  EXPECT_EQ(scene.output.every, 0);
+  EXPECT_TRUE(scene.output.fields.empty());
+  EXPECT_EQ(scene.components.at("a").reduction->domains, 1);
+  EXPECT_TRUE(scene.components.at("a").reduction->interface_sets.empty());
+}
+
+TEST(Scene, anchorsAndMergeKeysAreFollowed) {
+  const TemporaryFolder folder;
+  const Scene scene = read_text(folder,
+                                "materials:\n  m: &base {youngs_modulus: 1, poissons_ratio: 0, density: 1}\n"
+                                "  n: {<<: *base, density: 2}\n  o: {density: 3, <<: [{youngs_modulus: 7}, *base]}\n  p: *base\n"
+                                "components: {a: {mesh: a.msh, material: m}}\n");
+  EXPECT_EQ(scene.materials.at("n").density, 2);
+  EXPECT_EQ(scene.materials.at("n").youngs_modulus, 1);
+  EXPECT_EQ(scene.materials.at("o").density, 3);
+  EXPECT_EQ(scene.materials.at("o").youngs_modulus, 7);
+  EXPECT_EQ(scene.materials.at("p").density, 1);
+}
+
+TEST(Scene, writtenAndReadIsTheSameScene) {
+  const TemporaryFolder folder, elsewhere;
+  for (const auto& text :
+       {full_scene, replaced(full_scene, "step: 1.0e-8", "step: {cfl: 0.9}"), replaced(full_scene, "step: 1.0e-8, ", "")}) {
+    const std::string once = written(read_text(folder, text));
+    EXPECT_EQ(written(read_text(elsewhere, once)), once);
+  }
+  // What is written is what was read, too: the full scene says nothing by default, so every value stands in the text.
+  const std::string once = written(read_text(folder, full_scene));
+  for (const char* value : {"5.17e+12",  "-0.25",         "hex8-hourglass", "consistent",     "\"two words\"",
+                            "modes: 80", "participation", "domains: 3",     "recovery: true", "cutoff_hz: 2e+06",
+                            "-20.5",     "mirror: x",     "3810",           "2.5e-10",        "[x, z]",
+                            "6.9e+08",   "-9.81",         "penalty",        "nodal",          "friction: 0.25",
+                            "newmark",   "force: true",   "right.contact",  "stress",         "\"true\""}) {
+    EXPECT_NE(once.find(value), std::string::npos) << value;
+  }
+}
+
+TEST(Scene, anyDoubleAndAnyNameSurviveWriting) {
+  const TemporaryFolder folder, elsewhere;
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> exponent(-300, 300), sign(-1, 1);
+  const std::vector<std::string> names = {
+      "null", "~",  "1e5", "a: b", "- x", "#c", "\"q\" \\ '", "\xc3\xa9l\xc3\xa9ment", " lead", "tab\there", "[x]", "{y}",
+      "*z",   "&z", "!t",  "%d",   "@e",  "`f", "on",         "multi\nline",           "a, b",  "|",         ">",   "?"};
+  for (const auto& name : names) {
+    Scene scene = read_text(folder, full_scene);
+    scene.materials[name] = {std::pow(10, exponent(random)), 0.3, std::pow(10, exponent(random))};
+    scene.components.at("block").blocks[name].material = name;
+    scene.components.at("block").mesh = folder / name;
+    scene.instances[0].position = Vector3(sign(random), sign(random) * std::pow(10, exponent(random)), -0.0);
+    const Scene again = read_text(elsewhere, written(scene));
+    EXPECT_EQ(again.materials.at(name).youngs_modulus, scene.materials.at(name).youngs_modulus) << name;
+    EXPECT_EQ(again.components.at("block").mesh, scene.components.at("block").mesh) << name;
+    EXPECT_EQ(again.instances[0].position, scene.instances[0].position);
+    EXPECT_EQ(written(again), written(scene));
+  }
+}
+
+TEST(Transformation, isMirrorThenRotationsAboutTheFixedAxes) {
+  Instance instance;
+  instance.rotation_degrees = Vector3(31, -47, 112);
+  for (const char* mirror : {"", "x", "y", "z"}) {
+    instance.mirror = mirror;
+    const double degree = std::numbers::pi / 180;
+    Vector3 scale = Vector3::Ones();
+    if (*mirror) scale(*mirror - 'x') = -1;
+    const Matrix3 expected = (Eigen::AngleAxisd(112 * degree, Vector3::UnitZ()) *
+                              Eigen::AngleAxisd(-47 * degree, Vector3::UnitY()) * Eigen::AngleAxisd(31 * degree, Vector3::UnitX()))
+                                 .toRotationMatrix() *
+                             scale.asDiagonal();
+    const Matrix3 T = instance.transformation();
+    EXPECT_LT((T - expected).norm(), 1e-14);
+    EXPECT_NEAR(T.determinant(), *mirror ? -1 : 1, 1e-14);
+  }
+}
+
+TEST(Transformation, isExactForRightAngles) {
+  Instance instance;
+  instance.rotation_degrees = Vector3(0, 0, 90);
+  EXPECT_EQ(instance.transformation() * Vector3(1, 2, 3), Vector3(-2, 1, 3));
+  instance.rotation_degrees = Vector3(90, 0, 0);
+  EXPECT_EQ(instance.transformation() * Vector3(1, 2, 3), Vector3(1, -3, 2));
+  instance.rotation_degrees = Vector3(0, -270, 360);
+  EXPECT_EQ(instance.transformation() * Vector3(1, 2, 3), Vector3(3, 2, -1));
+  instance.rotation_degrees = Vector3(180, -180, 540);
+  EXPECT_EQ(instance.transformation() * Vector3(1, 2, 3), Vector3(1, 2, 3));
+}
+
+TEST(BlockProperties, followTheBlocksOfTheMesh) {
+  const TemporaryFolder folder;
+  const Scene scene = read_text(folder, replaced(full_scene, "      \"true\": {element: hex8-hourglass}\n", ""));
+  Mesh mesh;
+  mesh.blocks.resize(3);
+  mesh.blocks[0].name = "other", mesh.blocks[1].name = "core", mesh.blocks[2].name = "skin",
+  mesh.blocks[2].type = ElementType::quad4;
+  const auto properties = block_properties(scene, scene.components.at("block"), mesh);
+  ASSERT_EQ(properties.size(), 3u);
+  EXPECT_EQ(properties[0].material.density, 7836);
+  EXPECT_EQ(properties[0].hex8, Hex8Formulation::hourglass);
+  EXPECT_EQ(properties[1].material.density, 0.1);
+  EXPECT_EQ(properties[1].hex8, Hex8Formulation::full);
+  // 'bare' gives a material to block 'all' only.
+  EXPECT_THROW(block_properties(scene, scene.components.at("bare"), mesh), InputError);  // the mesh has no block 'all'
+  mesh.blocks[0].name = "all";
+  EXPECT_THROW(block_properties(scene, scene.components.at("bare"), mesh), InputError);  // 'core' is a volume without a material
+  mesh.blocks.erase(mesh.blocks.begin() + 1);
+  EXPECT_EQ(block_properties(scene, scene.components.at("bare"), mesh).size(), 2u);  // 'skin' needs none
+}
+
+}  // namespace
+}  // namespace cbr
