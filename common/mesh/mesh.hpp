@@ -51,7 +51,9 @@ struct Mesh {
 // missing, truncated, an element type that is not supported, a side of no element, a repeated id.
 Mesh read_mesh(const std::filesystem::path& file);
 
-// Writes by suffix: .msh (4.1) or .exo .e .g (Exodus II, netCDF-4... classic model). To a temporary name, renamed when whole.
+// Writes by suffix: .msh (4.1, text) or .exo .e .g (Exodus II, netCDF 64-bit offset). The same mesh gives the same bytes. To a
+// temporary name, renamed when whole. A .msh file cannot hold sides of shells, and gives a block of shells that lies on solids
+// back as a sideset unless its name begins with "skin.".
 void write_mesh(const Mesh& mesh, const std::filesystem::path& file);
 
 // Index of the named block, or -1.
