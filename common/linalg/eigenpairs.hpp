@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Lowest eigenpairs of K x = lambda M x, sparse and dense. The only code that includes ARPACK is sparse_eigenpairs.cpp.
+// K x = lambda M x, sparse and dense. The only code that includes ARPACK is sparse_eigenpairs.cpp.
 #pragma once
 
 #include <string>
@@ -10,24 +10,32 @@
 namespace cbr {
 
 struct Eigenpairs {
-  Vector lambda;   // k, ascending
-  Matrix Phi;      // n x k, Phi^T M Phi = I, sign fixed by the largest entry so that runs agree
+  Vector lambda;  // k, ascending
+  Matrix Phi;     // n x k, Phi^T M Phi = I, sign fixed by the largest entry so that runs agree
   bool converged = false;
   Index n_converged = 0;
-  Index iterations = 0;       // restarts
-  std::string method;         // "arpack", "lapack", ... for the summary
+  Index iterations = 0;  // restarts
+  std::string method;    // "arpack", "lapack", ... for the summary
 };
 
-// Shift-invert Lanczos (ARPACK dsaupd, mode 3) about sigma with `factor` = Cholesky of K - sigma M (sigma <= 0 for a
-// semi-definite K). A fixed starting vector: the same input gives the same bytes.
+// The k eigenvalues nearest to sigma, all of them above it: shift-invert Lanczos (ARPACK dsaupd, mode 3: Lehoucq, Sorensen, Yang
+// 1998, doi 10.1137/1.9780898719628) about sigma with `factor` = Cholesky of K - sigma M (sigma <= 0 for a semi-definite K).
+// M symmetric positive definite. A fixed starting vector: the same input gives the same bytes. Where ARPACK cannot go
+// (k > n / 2, tiny n) the dense solver answers. `ncv`: size of the Krylov space, 0: chosen.
 Eigenpairs sparse_eigenpairs(const SparseMatrix& K, const SparseMatrix& M, const SparseCholesky& factor, double sigma, Index k,
-                             double tolerance = 1e-13);
+                             double tolerance = 1e-13, Index ncv = 0);
 
-// LAPACK on the dense generalised problem: first k pairs (k = n: all). A and B are overwritten.
+// LAPACK on the dense generalised problem A x = lambda B x (n x n, symmetric, lower triangles read, B positive definite): the
+// first k pairs (k = n: all). A and B are overwritten. converged is false when B is not positive definite or LAPACK gave up.
 Eigenpairs dense_eigenpairs(Matrix A, Matrix B, Index k);
+// The same with diagonal B (n, > 0), by scaling.
+Eigenpairs dense_eigenpairs(Matrix A, const Vector& B, Index k);
+
+// Columns of Phi get the sign that makes the first of their largest entries positive.
+void fix_signs(Matrix& Phi);
 
 // Largest eigenvalue of M^-1 K with diagonal M (n), from above by a safe margin of its residual: the critical step of
-// central differences is 2 / sqrt of it.
+// central differences is 2 / sqrt of it. Never above Gershgorin's bound, which is the answer when ARPACK does not converge.
 double largest_eigenvalue(const SparseMatrix& K, const Vector& M);
 
 }  // namespace cbr

@@ -9,26 +9,33 @@
 
 namespace cbr {
 
-// A = P^T L L^T P of a symmetric positive definite matrix: CHOLMOD supernodal, nested dissection (METIS).
+// A = P^T L L^T P of a symmetric positive definite matrix: CHOLMOD (Chen, Davis, Hager, Rajamanickam 2008, doi
+// 10.1145/1391989.1391995), supernodal, nested dissection (METIS). The same matrix gives the same factor.
+// One object is for one thread at a time.
 class SparseCholesky {
  public:
-  // Only the lower triangle of A is read. Not positive definite is a result, not an exception: ask ok().
+  // Only the lower triangle of A (n x n) is read. Not positive definite is a result, not an exception: ask ok().
+  // RunError when memory does not suffice, with the size of the factor.
   explicit SparseCholesky(const SparseMatrix& A);
   ~SparseCholesky();
   SparseCholesky(SparseCholesky&&) noexcept;
   SparseCholesky& operator=(SparseCholesky&&) noexcept;
 
   bool ok() const;
-  Index failed_column() const;     // column of A where a pivot was not positive; -1 when ok
+  Index failed_column() const;          // column of A where a pivot was not positive; -1 when ok
   double reciprocal_condition() const;  // CHOLMOD's estimate from the diagonal of L
+  // min over the columns of L_jj^2 / A_jj, and the column of A where it is: what elimination left of the diagonal. Independent
+  // of units and of stiffness ratios between parts, so it is the test for a singular A that round-off let pass (below 1e-13).
+  double smallest_pivot() const;
+  Index weakest_column() const;
   Index n_rows() const;
-  double n_nonzeros() const;       // of L
-  double flops() const;            // of the factorisation
+  double n_nonzeros() const;  // of L
+  double flops() const;       // of the factorisation
 
-  Matrix solve(const Matrix& B) const;               // A X = B, n x m
-  SparseMatrix solve(const SparseMatrix& B) const;   // exploits empty columns and rows of B
-  void solve_in_place(Eigen::Ref<Matrix> B) const;
-  // Workspace kept between calls: for ARPACK's many single right-hand sides.
+  Matrix solve(const Matrix& B) const;              // A X = B, n x m
+  SparseMatrix solve(const SparseMatrix& B) const;  // exploits empty columns of B
+  void solve_in_place(Eigen::Ref<Matrix> B) const;  // in blocks of right-hand sides
+  // Workspace kept between calls: for ARPACK's many single right-hand sides. b and x may be the same.
   void solve(const double* b, double* x) const;
 
  private:
@@ -36,7 +43,9 @@ class SparseCholesky {
   std::unique_ptr<Impl> impl_;
 };
 
-// Number of negative pivots of L D L^T = A, by Sylvester the number of eigenvalues below zero; -1 when a pivot vanished.
+// Number of negative pivots of L D L^T = A, by Sylvester the number of eigenvalues below zero; -1 when a pivot vanished, which
+// for A = K - sigma M means that sigma is an eigenvalue (to round-off) or that the order of elimination met a singular leading
+// part: move sigma a little.
 Index negative_inertia(const SparseMatrix& A);
 
 }  // namespace cbr

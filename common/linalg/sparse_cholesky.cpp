@@ -1,0 +1,266 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "common/linalg/sparse_cholesky.hpp"
+
+#include <cholmod.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <vector>
+
+#include "common/error.hpp"
+
+namespace cbr {
+namespace {
+
+static_assert(sizeof(SuiteSparse_long) == sizeof(Index));
+
+// Enough columns for BLAS to run at its own speed, few enough that the two workspaces (n x block) stay small beside the factor.
+constexpr Index solve_block = 128;
+constexpr double vanishing_pivot = 1e-13;
+
+std::string gigabytes(double bytes) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.2f GB", 1e-9 * bytes);
+  return text;
+}
+
+// CHOLMOD's view of the lower triangle of A; nothing is copied and nothing is written through it.
+cholmod_sparse lower_view(const SparseMatrix& A) {
+  assert(A.isCompressed() && A.rows() == A.cols());
+  cholmod_sparse view{};
+  view.nrow = static_cast<std::size_t>(A.rows());
+  view.ncol = static_cast<std::size_t>(A.cols());
+  view.nzmax = static_cast<std::size_t>(A.nonZeros());
+  view.p = const_cast<Index*>(A.outerIndexPtr());
+  view.i = const_cast<Index*>(A.innerIndexPtr());
+  view.x = const_cast<double*>(A.valuePtr());
+  view.stype = -1;
+  view.itype = CHOLMOD_LONG;
+  view.xtype = CHOLMOD_REAL;
+  view.dtype = CHOLMOD_DOUBLE;
+  view.sorted = 0;
+  view.packed = 1;
+  return view;
+}
+
+cholmod_dense dense_view(double* x, Index rows, Index columns, Index stride) {
+  cholmod_dense view{};
+  view.nrow = static_cast<std::size_t>(rows);
+  view.ncol = static_cast<std::size_t>(columns);
+  view.d = static_cast<std::size_t>(stride);
+  view.nzmax = view.d * view.ncol;
+  view.x = x;
+  view.xtype = CHOLMOD_REAL;
+  view.dtype = CHOLMOD_DOUBLE;
+  return view;
+}
+
+// Everything CHOLMOD: its common block, the factor and the workspaces, freed together.
+struct Cholmod {
+  cholmod_common common{};
+  cholmod_factor* L = nullptr;
+  cholmod_dense *Y = nullptr, *E = nullptr;
+
+  explicit Cholmod(int supernodal) {
+    cholmod_l_start(&common);
+    common.supernodal = supernodal;
+    common.final_ll = supernodal == CHOLMOD_SUPERNODAL;
+    common.quick_return_if_not_posdef = true;
+    common.print = 0;
+    common.error_handler = nullptr;
+    // Nested dissection wins on solids, minimum degree on thin parts: both are tried, the sparser factor is taken.
+    common.nmethods = 2;
+    common.method[0].ordering = CHOLMOD_METIS;
+    common.method[1].ordering = CHOLMOD_AMD;
+    common.postorder = true;
+  }
+  ~Cholmod() {
+    cholmod_l_free_dense(&Y, &common);
+    cholmod_l_free_dense(&E, &common);
+    cholmod_l_free_factor(&L, &common);
+    cholmod_l_finish(&common);
+  }
+  Cholmod(const Cholmod&) = delete;
+  Cholmod& operator=(const Cholmod&) = delete;
+
+  void factorize(const SparseMatrix& A) {
+    cholmod_sparse view = lower_view(A);
+    L = cholmod_l_analyze(&view, &common);
+    check("ordering", A);
+    cholmod_l_factorize(&view, L, &common);
+    check("factorisation", A);
+  }
+
+  void check(const char* phase, const SparseMatrix& A) const {
+    if (common.status >= CHOLMOD_OK) return;  // not positive definite is a warning to CHOLMOD, and a result to us
+    const std::string size = std::to_string(A.rows()) + " dofs";
+    if (common.status == CHOLMOD_OUT_OF_MEMORY || common.status == CHOLMOD_TOO_LARGE) {
+      throw RunError("not enough memory for the sparse " + std::string(phase) + " of " + size +
+                     (common.lnz > 0 ? ", whose factor takes " + gigabytes(8 * common.lnz) : "") +
+                     ": use a coarser mesh or a machine with more memory");
+    }
+    throw RunError("sparse " + std::string(phase) + " of " + size + " failed (CHOLMOD status " + std::to_string(common.status) +
+                   ")");
+  }
+
+  const Index* permutation() const { return static_cast<const Index*>(L->Perm); }
+
+  // X and B may share their memory: CHOLMOD permutes B to its own workspace first.
+  void solve(double* b, Index stride, double* x, Index rows, Index columns) {
+    cholmod_dense B = dense_view(b, rows, columns, stride), X = dense_view(x, rows, columns, rows);
+    cholmod_dense* X_handle = &X;
+    const int done = cholmod_l_solve2(CHOLMOD_A, L, &B, nullptr, &X_handle, nullptr, &Y, &E, &common);
+    if (done == 0) {
+      throw RunError("not enough memory to solve for " + std::to_string(columns) + " right-hand sides of " + std::to_string(rows) +
+                     " dofs (" + gigabytes(16.0 * static_cast<double>(rows * columns)) + ")");
+    }
+    assert(X_handle == &X && X.x == x);
+  }
+};
+
+}  // namespace
+
+struct SparseCholesky::Impl {
+  Cholmod cholmod{CHOLMOD_SUPERNODAL};
+  Index n = 0, failed = -1, weakest = -1;
+  double smallest_pivot = 1;
+
+  // The diagonal of L in the order of elimination stands at the head of each supernode's columns.
+  void examine_pivots(const Vector& diagonal) {
+    const auto* super = static_cast<const Index*>(cholmod.L->super);
+    const auto* pi = static_cast<const Index*>(cholmod.L->pi);
+    const auto* px = static_cast<const Index*>(cholmod.L->px);
+    const auto* x = static_cast<const double*>(cholmod.L->x);
+    for (std::size_t s = 0; s < cholmod.L->nsuper; ++s) {
+      const Index rows = pi[s + 1] - pi[s];
+      for (Index j = 0; j < super[s + 1] - super[s]; ++j) {
+        const Index column = cholmod.permutation()[super[s] + j];
+        const double pivot = x[px[s] + j * (rows + 1)];
+        const double ratio = pivot * pivot / diagonal(column);
+        if (weakest >= 0 && ratio >= smallest_pivot) continue;
+        smallest_pivot = ratio;
+        weakest = column;
+      }
+    }
+  }
+};
+
+SparseCholesky::SparseCholesky(const SparseMatrix& A) : impl_(std::make_unique<Impl>()) {
+  impl_->n = A.rows();
+  if (A.rows() == 0) return;
+  if (!A.isCompressed()) {
+    SparseMatrix compressed = A;
+    compressed.makeCompressed();
+    *this = SparseCholesky(compressed);
+    return;
+  }
+  impl_->cholmod.factorize(A);
+  const auto* L = impl_->cholmod.L;
+  if (L->minor < L->n) {
+    impl_->failed = impl_->cholmod.permutation()[L->minor];
+    impl_->smallest_pivot = 0;
+    impl_->weakest = impl_->failed;
+  } else {
+    impl_->examine_pivots(A.diagonal());
+  }
+}
+SparseCholesky::~SparseCholesky() = default;
+SparseCholesky::SparseCholesky(SparseCholesky&&) noexcept = default;
+SparseCholesky& SparseCholesky::operator=(SparseCholesky&&) noexcept = default;
+
+bool SparseCholesky::ok() const { return impl_->failed < 0; }
+Index SparseCholesky::failed_column() const { return impl_->failed; }
+double SparseCholesky::smallest_pivot() const { return impl_->smallest_pivot; }
+Index SparseCholesky::weakest_column() const { return impl_->weakest; }
+Index SparseCholesky::n_rows() const { return impl_->n; }
+double SparseCholesky::n_nonzeros() const { return impl_->n == 0 ? 0 : impl_->cholmod.common.lnz; }
+double SparseCholesky::flops() const { return impl_->n == 0 ? 0 : impl_->cholmod.common.fl; }
+
+double SparseCholesky::reciprocal_condition() const {
+  if (impl_->n == 0) return 1;
+  return ok() ? cholmod_l_rcond(impl_->cholmod.L, &impl_->cholmod.common) : 0;
+}
+
+void SparseCholesky::solve_in_place(Eigen::Ref<Matrix> B) const {
+  assert(ok() && B.rows() == n_rows());
+  if (n_rows() == 0) return;
+  Matrix X;
+  for (Index j = 0; j < B.cols(); j += solve_block) {
+    const Index columns = std::min(solve_block, B.cols() - j);
+    if (B.outerStride() == n_rows()) {
+      impl_->cholmod.solve(B.col(j).data(), B.outerStride(), B.col(j).data(), n_rows(), columns);
+    } else {  // the solution is written without gaps between its columns
+      X.resize(n_rows(), columns);
+      impl_->cholmod.solve(B.col(j).data(), B.outerStride(), X.data(), n_rows(), columns);
+      B.middleCols(j, columns) = X;
+    }
+  }
+}
+
+Matrix SparseCholesky::solve(const Matrix& B) const {
+  Matrix X = B;
+  solve_in_place(X);
+  return X;
+}
+
+void SparseCholesky::solve(const double* b, double* x) const {
+  assert(ok());
+  if (n_rows() > 0) impl_->cholmod.solve(const_cast<double*>(b), n_rows(), x, n_rows(), 1);
+}
+
+SparseMatrix SparseCholesky::solve(const SparseMatrix& B) const {
+  assert(ok() && B.rows() == n_rows());
+  std::vector<Index> used;
+  for (Index j = 0; j < B.cols(); ++j) {
+    if (SparseMatrix::InnerIterator(B, j)) used.push_back(j);
+  }
+  SparseMatrix X(B.rows(), B.cols());
+  std::vector<Eigen::Triplet<double, Index>> entries;
+  Matrix block;
+  for (std::size_t first = 0; first < used.size(); first += solve_block) {
+    const Index columns = std::min<Index>(solve_block, static_cast<Index>(used.size() - first));
+    block.setZero(B.rows(), columns);
+    for (Index j = 0; j < columns; ++j) {
+      for (SparseMatrix::InnerIterator it(B, used[first + j]); it; ++it) block(it.row(), j) = it.value();
+    }
+    solve_in_place(block);
+    for (Index j = 0; j < columns; ++j) {
+      for (Index i = 0; i < block.rows(); ++i) {
+        if (block(i, j) != 0) entries.emplace_back(i, used[first + j], block(i, j));
+      }
+    }
+  }
+  X.setFromTriplets(entries.begin(), entries.end());
+  return X;
+}
+
+Index negative_inertia(const SparseMatrix& A) {
+  if (A.rows() == 0) return 0;
+  if (!A.isCompressed()) {
+    SparseMatrix compressed = A;
+    compressed.makeCompressed();
+    return negative_inertia(compressed);
+  }
+  Cholmod cholmod(CHOLMOD_SIMPLICIAL);
+  cholmod.common.quick_return_if_not_posdef = false;
+  cholmod.factorize(A);
+  if (cholmod.L->minor < cholmod.L->n) return -1;
+  // D stands in the place of L's unit diagonal.
+  const auto* p = static_cast<const Index*>(cholmod.L->p);
+  const auto* D = static_cast<const double*>(cholmod.L->x);
+  const double scale = A.diagonal().cwiseAbs().maxCoeff();
+  const Vector diagonal = A.diagonal();
+  Index count = 0;
+  for (std::size_t j = 0; j < cholmod.L->n; ++j) {
+    const double d = D[p[j]];
+    const double reference = std::max(std::abs(diagonal(cholmod.permutation()[j])), std::numeric_limits<double>::epsilon() * scale);
+    if (!(std::abs(d) > vanishing_pivot * reference)) return -1;
+    count += d < 0;
+  }
+  return count;
+}
+
+}  // namespace cbr

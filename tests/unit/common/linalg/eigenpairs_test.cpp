@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "common/linalg/eigenpairs.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/common/linalg/grid_matrices.hpp"
+
+namespace cbr::test {
+namespace {
+
+void expect_pairs(const Eigenpairs& pairs, const SparseMatrix& K, const SparseMatrix& M, Index k) {
+  ASSERT_TRUE(pairs.converged);
+  ASSERT_EQ(pairs.lambda.size(), k);
+  ASSERT_EQ(pairs.Phi.cols(), k);
+  if (k == 0) return;
+  const Matrix M_Phi = M * pairs.Phi;
+  EXPECT_LT((pairs.Phi.transpose() * M_Phi - Matrix::Identity(k, k)).cwiseAbs().maxCoeff(), 1e-12);
+  // Residuals against the largest eigenvalue that can be there: the backward error of any eigensolver.
+  const double scale = 12 / Vector(M.diagonal()).minCoeff();
+  EXPECT_LT((K * pairs.Phi - M_Phi * pairs.lambda.asDiagonal()).colwise().norm().maxCoeff(), 1e-11 * scale);
+  EXPECT_TRUE(std::is_sorted(pairs.lambda.begin(), pairs.lambda.end()));
+}
+
+SparseMatrix identity(Index n) { return diagonal_matrix(Vector::Ones(n)); }
+
+TEST(SparseEigenpairs, FindsEveryCopyOfMultipleEigenvalues) {
+  // A cube: nearly every eigenvalue is threefold or sixfold.
+  const Index N = 9;
+  const SparseMatrix K = grid_stiffness(N, true), M = identity(K.rows());
+  const Vector exact = grid_eigenvalues(N, true);
+  const SparseCholesky factor(K);
+  for (const Index k : {Index{1}, Index{10}, Index{60}}) {
+    const Eigenpairs pairs = sparse_eigenpairs(K, M, factor, 0, k);
+    EXPECT_EQ(pairs.method, "arpack");
+    expect_pairs(pairs, K, M, k);
+    EXPECT_LT((pairs.lambda - exact.head(k)).cwiseAbs().maxCoeff(), 1e-12);
+    // No copy missed below the next eigenvalue that differs.
+    Index next = k;
+    while (exact(next) - exact(k - 1) < 1e-6) ++next;
+    const double sigma = 0.5 * (exact(k - 1) + exact(next));
+    EXPECT_EQ(negative_inertia(K - sigma * M), next);
+  }
+}
+
+TEST(SparseEigenpairs, AgreesWithTheDenseSolver) {
+  const Index N = 8, k = 40;
+  const SparseMatrix K = grid_stiffness(N, true), M = grid_mass(N);
+  const Eigenpairs sparse = sparse_eigenpairs(K, M, SparseCholesky(K), 0, k);
+  const Eigenpairs dense = dense_eigenpairs(Matrix(K), Matrix(M), k);
+  expect_pairs(sparse, K, M, k);
+  expect_pairs(dense, K, M, k);
+  EXPECT_LT(((sparse.lambda - dense.lambda).array() / dense.lambda.array()).abs().maxCoeff(), 1e-11);
+}
+
+TEST(SparseEigenpairs, FreeBodyThroughANegativeShift) {
+  const Index N = 8, k = 20;
+  const SparseMatrix K = grid_stiffness(N, false), M = grid_mass(N);
+  const double sigma = -0.01;
+  const SparseCholesky factor(K - sigma * M);
+  ASSERT_TRUE(factor.ok());
+  const Eigenpairs pairs = sparse_eigenpairs(K, M, factor, sigma, k);
+  expect_pairs(pairs, K, M, k);
+  EXPECT_LT(std::abs(pairs.lambda(0)), 1e-12);
+  EXPECT_GT(pairs.lambda(1), 1e-2);
+  const Vector rigid = pairs.Phi.col(0);
+  EXPECT_LT((rigid.array() - rigid.mean()).abs().maxCoeff(), 1e-11 * std::abs(rigid.mean()));
+  EXPECT_LT((pairs.lambda - dense_eigenpairs(Matrix(K), Matrix(M), k).lambda).cwiseAbs().maxCoeff(), 1e-11);
+}
+
+TEST(SparseEigenpairs, SameBitsTwice) {
+  const SparseMatrix K = grid_stiffness(7, true), M = grid_mass(7);
+  const SparseCholesky factor(K);
+  const Eigenpairs a = sparse_eigenpairs(K, M, factor, 0, 30), b = sparse_eigenpairs(K, M, factor, 0, 30);
+  EXPECT_EQ(a.lambda, b.lambda);
+  EXPECT_EQ(a.Phi, b.Phi);
+}
+
+TEST(SparseEigenpairs, NoneAllAndTiny) {
+  const SparseMatrix K = grid_stiffness(3, true), M = grid_mass(3);
+  const SparseCholesky factor(K);
+  EXPECT_EQ(sparse_eigenpairs(K, M, factor, 0, 0).Phi.cols(), 0);
+  for (const Index k : {Index{1}, Index{26}, Index{27}}) expect_pairs(sparse_eigenpairs(K, M, factor, 0, k), K, M, k);
+  const SparseMatrix one = diagonal_matrix(Vector::Constant(1, 3.0));
+  EXPECT_NEAR(sparse_eigenpairs(one, one, SparseCholesky(one), 0, 1).lambda(0), 1, 1e-15);
+}
+
+TEST(DenseEigenpairs, FewAndAllForFullAndDiagonalMass) {
+  const Index N = 6, n = N * N * N;
+  const SparseMatrix K = grid_stiffness(N, true), M = grid_mass(N), D = diagonal_matrix(M.diagonal());
+  for (const Index k : {Index{0}, Index{1}, Index{5}, Index{50}, Index{100}, n}) {
+    expect_pairs(dense_eigenpairs(Matrix(K), Matrix(M), k), K, M, k);
+    const Eigenpairs diagonal = dense_eigenpairs(Matrix(K), Vector(M.diagonal()), k);
+    expect_pairs(diagonal, K, D, k);
+    const Eigenpairs full = dense_eigenpairs(Matrix(K), Matrix(D), k);
+    EXPECT_LT((diagonal.lambda - full.lambda).lpNorm<1>(), 1e-12 * static_cast<double>(k + 1));
+  }
+  const Vector exact = grid_eigenvalues(N, true);
+  EXPECT_LT((dense_eigenpairs(Matrix(K), Vector(Vector::Ones(n)), n).lambda - exact).cwiseAbs().maxCoeff(), 1e-12);
+}
+
+TEST(DenseEigenpairs, AMassThatIsNotDefiniteIsAResult) {
+  const Matrix K = Matrix::Identity(4, 4);
+  Matrix B = K;
+  B(2, 2) = -1;
+  EXPECT_FALSE(dense_eigenpairs(K, B, 2).converged);
+  EXPECT_FALSE(dense_eigenpairs(K, Vector(Vector::Zero(4)), 2).converged);
+}
+
+TEST(FixSigns, FirstOfTheLargestIsPositive) {
+  Matrix Phi(3, 3);
+  Phi << 1, -2, 1e-9, -2, -2 - 1e-12, -1e-9, 2, 1, 0;
+  fix_signs(Phi);
+  EXPECT_EQ(Phi(1, 0), 2);  // -2 came first and turned the column over
+  EXPECT_EQ(Phi(0, 1), 2);  // equal but for round-off: the first one decides
+  EXPECT_EQ(Phi(0, 2), 1e-9);
+}
+
+TEST(LargestEigenvalue, IsAnUpperBoundAndSharp) {
+  for (const Index N : {Index{2}, Index{3}, Index{5}, Index{12}}) {
+    for (const bool clamped : {true, false}) {
+      const SparseMatrix K = grid_stiffness(N, clamped);
+      const Vector exact = grid_eigenvalues(N, clamped);
+      const double bound = largest_eigenvalue(K, Vector::Constant(K.rows(), 2.0));
+      const double truth = exact(exact.size() - 1) / 2;
+      EXPECT_GE(bound, truth * (1 - 1e-12));
+      EXPECT_LE(bound, truth * (1 + 1e-6));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace cbr::test

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "common/linalg/sparse_cholesky.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/common/linalg/grid_matrices.hpp"
+
+namespace cbr::test {
+namespace {
+
+double residual(const SparseMatrix& A, const Matrix& X, const Matrix& B) { return (A * X - B).norm() / B.norm(); }
+
+TEST(SparseCholesky, SolvesOneManyAndSparseRightHandSides) {
+  const SparseMatrix A = grid_stiffness(9, true);
+  const SparseCholesky factor(A);
+  ASSERT_TRUE(factor.ok());
+  EXPECT_EQ(factor.failed_column(), -1);
+  EXPECT_GE(factor.n_nonzeros(), static_cast<double>(A.nonZeros()) / 2);
+  EXPECT_GT(factor.flops(), factor.n_nonzeros());
+  // More columns than one block of right-hand sides, and not a multiple of it.
+  const Matrix B = random_like(A.rows(), 301, 0.3);
+  const Matrix X = factor.solve(B);
+  EXPECT_LT(residual(A, X, B), 1e-13);
+
+  Vector x(A.rows());
+  for (const Index j : {Index{0}, Index{300}, Index{7}}) {
+    factor.solve(B.col(j).data(), x.data());
+    EXPECT_LT((x - X.col(j)).norm(), 1e-13 * x.norm());
+  }
+  x = B.col(2);
+  factor.solve(x.data(), x.data());
+  EXPECT_LT((x - X.col(2)).norm(), 1e-13 * x.norm());
+
+  SparseMatrix S(A.rows(), 5);
+  S.insert(17, 1) = 2;
+  S.insert(400, 4) = -1;
+  S.makeCompressed();
+  const SparseMatrix Y = factor.solve(S);
+  EXPECT_LT((A * Y - S).norm(), 1e-13);
+  EXPECT_EQ(Y.col(0).nonZeros(), 0);
+}
+
+TEST(SparseCholesky, SolvesInPlaceInABlockOfALargerMatrix) {
+  const SparseMatrix A = grid_stiffness(5, true);
+  const SparseCholesky factor(A);
+  const Matrix B = random_like(A.rows() + 4, 150, 1.0);
+  Matrix X = B;
+  factor.solve_in_place(X.middleRows(3, A.rows()));
+  EXPECT_LT(residual(A, X.middleRows(3, A.rows()), B.middleRows(3, A.rows())), 1e-13);
+  EXPECT_EQ(X.topRows(3), B.topRows(3));
+  EXPECT_EQ(X.bottomRows(1), B.bottomRows(1));
+}
+
+TEST(SparseCholesky, ReadsTheLowerTriangleOnly) {
+  SparseMatrix A = grid_stiffness(4, true);
+  const SparseMatrix lower = A.triangularView<Eigen::Lower>();
+  const Matrix B = random_like(A.rows(), 2, 0.1);
+  EXPECT_LT(residual(A, SparseCholesky(lower).solve(B), B), 1e-13);
+}
+
+TEST(SparseCholesky, SameMatrixSameBits) {
+  const SparseMatrix A = grid_stiffness(8, true);
+  const Matrix B = random_like(A.rows(), 40, 0.7);
+  EXPECT_EQ(SparseCholesky(A).solve(B), SparseCholesky(A).solve(B));
+}
+
+TEST(SparseCholesky, NamesTheColumnOfAnIndefiniteMatrix) {
+  SparseMatrix A = grid_stiffness(6, true);
+  for (const Index j : {Index{0}, Index{100}, Index{215}}) {
+    SparseMatrix bad = A;
+    bad.coeffRef(j, j) = -1;
+    const SparseCholesky factor(bad);
+    EXPECT_FALSE(factor.ok());
+    EXPECT_EQ(factor.failed_column(), j);
+    EXPECT_EQ(factor.reciprocal_condition(), 0);
+  }
+}
+
+TEST(SparseCholesky, TellsASingularMatrixByItsPivots) {
+  // Round-off may let a singular matrix pass as definite: then the weakest pivot tells.
+  const SparseCholesky free(grid_stiffness(6, false));
+  EXPECT_TRUE(!free.ok() || free.smallest_pivot() < 1e-13);
+  const SparseCholesky clamped(grid_stiffness(6, true));
+  EXPECT_GT(clamped.smallest_pivot(), 1e-2);
+
+  // A stiff and a soft part, and units that make all entries small, are no sign of it.
+  const SparseMatrix K = grid_stiffness(6, true);
+  Vector scale = Vector::Constant(K.rows(), 1e-20);
+  scale.head(100).setConstant(1e-14);
+  const SparseMatrix scaled = scale.asDiagonal() * K * scale.asDiagonal();
+  EXPECT_GT(SparseCholesky(scaled).smallest_pivot(), 1e-2);
+}
+
+TEST(SparseCholesky, TinyMatrices) {
+  EXPECT_TRUE(SparseCholesky(SparseMatrix(0, 0)).ok());
+  EXPECT_EQ(SparseCholesky(SparseMatrix(0, 0)).solve(Matrix(0, 3)).cols(), 3);
+  const SparseCholesky one(diagonal_matrix(Vector::Constant(1, 4.0)));
+  EXPECT_EQ(one.solve(Matrix(Matrix::Constant(1, 1, 2.0)))(0, 0), 0.5);
+  EXPECT_FALSE(SparseCholesky(diagonal_matrix(Vector::Zero(1))).ok());
+}
+
+TEST(NegativeInertia, CountsEigenvaluesBelowAShift) {
+  const Index N = 7;
+  const SparseMatrix K = grid_stiffness(N, true);
+  const Vector lambda = grid_eigenvalues(N, true);
+  SparseMatrix I(K.rows(), K.rows());
+  I.setIdentity();
+  EXPECT_EQ(negative_inertia(K), 0);
+  EXPECT_EQ(negative_inertia(-K), K.rows());
+  for (const double sigma : {0.5, 1.234, 3.21, 5.4321, 11.0}) {
+    EXPECT_EQ(negative_inertia(K - sigma * I), (lambda.array() < sigma).count()) << sigma;
+  }
+}
+
+TEST(NegativeInertia, SaysWhenAPivotVanishes) {
+  EXPECT_EQ(negative_inertia(diagonal_matrix(Vector::LinSpaced(5, -2, 2))), -1);
+  EXPECT_EQ(negative_inertia(diagonal_matrix(Vector::Zero(3))), -1);
+  EXPECT_EQ(negative_inertia(SparseMatrix(0, 0)), 0);
+}
+
+}  // namespace
+}  // namespace cbr::test
