@@ -1,48 +1,83 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The one real polymorphism: something that moves, has surface nodes, and answers impulses on them.
+// The one real polymorphism: something that moves, has nodes, and answers impulses on them.
 #pragma once
 
-#include <memory>
 #include <string>
 #include <vector>
 
+#include "common/scene.hpp"
 #include "common/types.hpp"
+#include "dynamics/contact/node_response.hpp"
 
 namespace cbr {
 
 // What a body answers about itself, all in the scene's axes.
 struct BodyState {
-  Vector3 center_of_mass, momentum, angular_momentum;  // angular momentum about the scene's origin
+  // angular_momentum: about the scene's origin, of the linearised motion (arms of the undeformed body about its centre of mass).
+  Vector3 center_of_mass = Vector3::Zero(), momentum = Vector3::Zero(), angular_momentum = Vector3::Zero();
   double kinetic_energy = 0, strain_energy = 0;
+  double rotation = 0;  // mean rotation since the start, rad: the formulation is linear, so it should stay small
+};
+
+// Work done on a body since the start of the run; kinetic + strain energy changes by their sum, to round-off.
+struct BodyWork {
+  double external = 0, contact = 0;
+};
+
+// Where a set of nodes can be a time t >= 0 from now, without contact: for each axis between lower + lower_speed t - spread
+// and upper + upper_speed t + spread, spread = growth t + acceleration t^2 / 2.
+struct MotionBound {
+  Vector3 lower, upper, lower_speed, upper_speed, growth, acceleration;
 };
 
 // A step goes: predict(t, h) computes the end of the step without contact; contact asks positions and response at the
 // nodes it cares about and hands back impulses with add_impulses(); accept() makes the end the new state.
-// "Contact nodes" are numbered by the body: the union of the nodes of its surfaces that take part in contact or output.
+// Nodes are indices 0 .. n_nodes() - 1. Sets of nodes that are asked for often are announced once with track().
 class Body {
  public:
   virtual ~Body() = default;
 
   virtual const std::string& name() const = 0;
   virtual Index n_dofs() const = 0;
-  virtual double largest_frequency() const = 0;        // rad/s, of the body alone; sets the step
-  virtual bool is_exact() const = 0;                   // advanced by its exact solution, so any jump is allowed when no contact is near
+  virtual double largest_frequency() const = 0;  // rad/s, of the body alone; sets the step
+  virtual bool is_exact() const = 0;             // advanced by its exact solution: any step is allowed when no contact is near
 
-  // Positions and velocities of nodes (indices into this body's nodes) now, and predicted for the end of the step.
-  virtual Index n_nodes() const = 0;
-  virtual void positions(const std::vector<Index>& nodes, Points& x) const = 0;
-  virtual void velocities(const std::vector<Index>& nodes, Points& v) const = 0;
-  virtual void predicted_positions(const std::vector<Index>& nodes, Points& x) const = 0;
+  virtual const Points& reference_positions() const = 0;  // n_nodes x 3, scene axes, undeformed
+  Index n_nodes() const { return reference_positions().rows(); }
+
+  // Number of a node set, for the calls below. Only before the first predict().
+  virtual Index track(const std::vector<Index>& nodes) = 0;
+  virtual void positions(Index set, Points& x) const = 0;            // now
+  virtual void predicted_positions(Index set, Points& x) const = 0;  // at the end of the step, with the impulses added so far
+  virtual MotionBound motion_bound(Index set) const = 0;             // precondition: is_exact()
+  // The same for sets of which only the plain mean is asked for; their numbers are of mean_motion() only.
+  virtual Index track_mean(const std::vector<Index>& nodes) = 0;
+  virtual void mean_motion(Index set, Vector3& position, Vector3& velocity) const = 0;
 
   virtual void predict(double t, double h) = 0;
-  // Impulses (f s) on nodes, given at the start of the step: changes the predicted end. n x 3, scene axes.
-  virtual void add_impulses(const std::vector<Index>& nodes, const Points& impulses) = 0;
+  // Impulses (force x time) on the set's nodes at the start of the step: n x 3, scene axes.
+  virtual void add_impulses(Index set, const Points& impulses) = 0;
+  // Changes the velocities of the set's nodes, and of no other coordinate, such that the end moves by h times as much: what a
+  // nodal (kinematic) enforcement does. n x 3, scene axes.
+  virtual void add_velocities(Index set, const Points& velocities) = 0;
   virtual void accept() = 0;
 
-  // Change of predicted position of the nodes' dofs per unit impulse on the nodes' dofs, 3n x 3n in scene axes (dof 3 i + c), for step h.
-  virtual Matrix response(const std::vector<Index>& nodes, double h) const = 0;
+  // Change of the predicted positions of the set's dofs per unit impulse on them, for a step h.
+  virtual NodeResponse response(Index set, double h) const = 0;
+  // The mass of each node and scene direction as a nodal enforcement sees it: row sums of the mass over the body's nodes, n x 3.
+  virtual Points nodal_masses(Index set) const = 0;
+
+  // Nodal forces (n_nodes x 3, scene axes) times a history; the same for an acceleration of the whole body. Before the first
+  // predict().
+  virtual void add_force(const Points& forces, const History& history) = 0;
+  virtual void add_gravity(const Vector3& acceleration, const History& history) = 0;
 
   virtual BodyState state() const = 0;
+  virtual BodyWork work() const = 0;
+  virtual void displacements(Points& u, Points& v) const = 0;  // of all nodes, and their velocities; scene axes, n_nodes x 3
 };
+
+// Value of a history at time t: linear between its points, constant outside, 1 when it has none.
+double history_value(const History& history, double t);
 
 }  // namespace cbr

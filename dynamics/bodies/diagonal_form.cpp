@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/bodies/diagonal_form.hpp"
+
+#include <Eigen/Dense>
+
+#include <algorithm>
+#include <utility>
+
+#include "common/error.hpp"
+#include "common/linalg/eigenpairs.hpp"
+
+namespace cbr {
+namespace {
+
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+// R^T M R about the centre of mass.
+Matrix6 rigid_mass(const RigidBody& body) {
+  Matrix6 A = Matrix6::Zero();
+  A.topLeftCorner<3, 3>() = body.mass * Matrix3::Identity();
+  A.bottomRightCorner<3, 3>() = body.inertia;
+  return A;
+}
+
+// M^ R with K_kc = 0, M_kk = I and R = [0; R_c]: [M_kc R_c; M_cc R_c]   ((k + c) x 6)
+Matrix mass_times_rigid(const Superelement& s, const Matrix& R) {
+  Matrix MR(s.n(), 6);
+  const auto R_c = R.bottomRows(s.c());
+  MR.topRows(s.k()).noalias() = s.M_kc * R_c;
+  MR.bottomRows(s.c()).noalias() = s.M_cc * R_c;
+  return MR;
+}
+
+void require_converged(const Eigenpairs& pairs, Index n, const std::string& where) {
+  if (!pairs.converged || pairs.n_converged < n)
+    throw RunError(where + ": the diagonal form cannot be computed: the reduced mass is not positive definite");
+}
+
+void take_frequencies(const Vector& lambda, Index n_rigid, DiagonalForm& form) {
+  form.omega = lambda.cwiseMax(0).cwiseSqrt();
+  form.omega.head(n_rigid).setZero();
+  form.n_rigid = (form.omega.array() == 0).count();  // a mechanism adds to the rigid motions
+}
+
+// Columns 0 .. 5 of V become R L^-T with L L^T = R^T M R, when they span the same motions; E accordingly.
+bool replace_rigid_modes(const Superelement& s, const Matrix& R, DiagonalForm& form) {
+  const Eigen::LLT<Matrix6> cholesky(rigid_mass(s.rigid_body));
+  if (form.n_rigid != 6 || cholesky.info() != Eigen::Success) return false;
+  // V_r = R X on the interface; then X^T (R^T M R) X = I when the file's inertia is that of its matrices.
+  const Eigen::ColPivHouseholderQR<Matrix> qr(R.bottomRows(s.c()));
+  if (qr.rank() < 6) return false;
+  const Matrix V_r = form.V.leftCols(6);
+  const Matrix6 X = qr.solve(V_r.bottomRows(s.c()));
+  const double spanned = (V_r - R * X).norm() / V_r.norm();
+  const double normal = (X.transpose() * rigid_mass(s.rigid_body) * X - Matrix6::Identity()).norm();
+  if (spanned > 1e-6 || normal > 1e-6) return false;
+  const Matrix6 L = cholesky.matrixL();
+  form.V.leftCols(6) = cholesky.matrixL().solve(R.transpose()).transpose();
+  form.E = Matrix::Zero(form.omega.size(), 6);
+  form.E.topRows(6) = L.transpose();
+  return true;
+}
+
+// The motions of R that do not move a held direction: 6 x r.
+Matrix free_rigid_motions(const Superelement& s, const std::vector<HeldDirection>& held, const Matrix& R) {
+  const IndexTable rows = displacement_rows(s);
+  Matrix C(static_cast<Index>(held.size()), 6);  // C x = held displacements of the rigid motion R x
+  const double size = std::sqrt(std::max(s.rigid_body.inertia.trace() / std::max(s.rigid_body.mass, 1e-300), 1e-300));
+  for (Index i = 0; i < C.rows(); ++i) {
+    C.row(i).setZero();
+    for (int c = 0; c < 3; ++c) C.row(i) += held[i].direction[c] * R.row(rows(held[i].node, c));
+    C.row(i).tail<3>() /= size;  // rotations in units of length, so that one rank tolerance serves both
+  }
+  if (C.rows() == 0) return Matrix::Identity(6, 6);
+  Eigen::FullPivLU<Matrix> lu(C);
+  lu.setThreshold(1e-9);
+  if (lu.dimensionOfKernel() == 0) return Matrix(6, 0);
+  return lu.kernel();
+}
+
+// Z ((c) x (c - held)): orthonormal basis of the interface displacements that held directions leave free.
+SparseMatrix free_interface_basis(const Superelement& s, const std::vector<HeldDirection>& held) {
+  const IndexTable rows = displacement_rows(s);
+  std::vector<std::vector<Vector3>> of_node(s.node_ids.size());
+  for (const auto& h : held) of_node[h.node].push_back(h.direction);
+  std::vector<Eigen::Triplet<double, Index>> entries;
+  Index column = 0;
+  for (Index node = 0; node < static_cast<Index>(of_node.size()); ++node) {
+    Matrix3 span = Matrix3::Identity();  // free directions in its first columns
+    Index n_free = 3;
+    if (!of_node[node].empty()) {
+      Matrix H(3, static_cast<Index>(of_node[node].size()));
+      for (Index i = 0; i < H.cols(); ++i) H.col(i) = of_node[node][i];
+      n_free = 3 - H.cols();
+      const Matrix3 Q = Eigen::HouseholderQR<Matrix>(H).householderQ();
+      span.leftCols(n_free) = Q.rightCols(n_free);
+    }
+    for (Index f = 0; f < n_free; ++f) {
+      bool used = false;
+      for (int c = 0; c < 3; ++c) {
+        if (rows(node, c) < 0 || span(c, f) == 0) continue;
+        entries.emplace_back(rows(node, c) - s.k(), column, span(c, f));
+        used = true;
+      }
+      column += used ? 1 : 0;
+    }
+  }
+  SparseMatrix Z(s.c(), column);
+  Z.setFromTriplets(entries.begin(), entries.end());
+  return Z;
+}
+
+}  // namespace
+
+IndexTable displacement_rows(const Superelement& s) {
+  IndexTable rows = IndexTable::Constant(static_cast<Index>(s.node_ids.size()), 3, -1);
+  for (Index i = 0; i < s.c(); ++i) rows(s.dof_node[i], s.dof_component[i]) = s.k() + i;
+  return rows;
+}
+
+DiagonalForm free_diagonal_form(Superelement& s, const std::string& where) {
+  DiagonalForm form;
+  const Matrix R = reduced_rigid_modes(s, s.rigid_body.center);
+  if (s.has_diagonal_form()) {
+    form.omega = std::move(s.omega);
+    form.V = std::move(s.V);
+    form.n_rigid = (form.omega.array() == 0).count();
+    s.omega.resize(0), s.V.resize(0, 0);
+  } else {
+    const Matrix K = reduced_stiffness(s);
+    Eigenpairs pairs = dense_eigenpairs(K, reduced_mass(s), s.n());
+    require_converged(pairs, s.n(), where);
+    const bool free = (K * R).norm() <= 1e-8 * K.norm() * R.norm();
+    take_frequencies(pairs.lambda, free ? 6 : 0, form);
+    form.V = std::move(pairs.Phi);
+  }
+  if (replace_rigid_modes(s, R, form)) return form;
+  if (s.M_cc.rows() != s.c()) throw RunError(where + ": the rigid modes of the diagonal form do not agree with /rigid_body");
+  // E = V^T M^ R   (n x 6)
+  form.E.noalias() = form.V.transpose() * mass_times_rigid(s, R);
+  return form;
+}
+
+DiagonalForm held_diagonal_form(const Superelement& s, const std::vector<HeldDirection>& held, const std::string& where) {
+  const SparseMatrix Z = free_interface_basis(s, held);
+  const Matrix R = reduced_rigid_modes(s, s.rigid_body.center);
+  const Index k = s.k(), n = k + Z.cols();
+  // K_f = [Lambda, 0; 0, Z^T K_cc Z],  M_f = [I, M_kc Z; Z^T M_kc^T, Z^T M_cc Z]   (n x n)
+  Matrix K = Matrix::Zero(n, n), M = Matrix::Identity(n, n);
+  K.diagonal().head(k) = s.eigenvalues;
+  const Matrix K_Z = s.K_cc * Z, M_Z = s.M_cc * Z;
+  K.bottomRightCorner(Z.cols(), Z.cols()) = Z.transpose() * K_Z;
+  M.bottomRightCorner(Z.cols(), Z.cols()) = Z.transpose() * M_Z;
+  M.topRightCorner(k, Z.cols()) = s.M_kc * Z;
+  M.bottomLeftCorner(Z.cols(), k) = M.topRightCorner(k, Z.cols()).transpose();
+  const Eigenpairs pairs = dense_eigenpairs(std::move(K), std::move(M), n);
+  require_converged(pairs, n, where);
+  DiagonalForm form;
+  take_frequencies(pairs.lambda, free_rigid_motions(s, held, R).cols(), form);
+  form.V.resize(s.n(), n);
+  form.V.topRows(k) = pairs.Phi.topRows(k);
+  form.V.bottomRows(s.c()).noalias() = Z * pairs.Phi.bottomRows(Z.cols());
+  form.E.noalias() = form.V.transpose() * mass_times_rigid(s, R);
+  return form;
+}
+
+}  // namespace cbr

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The diagonal form of a superelement, made ready for time stepping.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/superelement.hpp"
+#include "common/types.hpp"
+
+namespace cbr {
+
+// q = V eta, eta'' + omega^2 eta = V^T f. With constraints V has fewer columns than rows.
+struct DiagonalForm {
+  Vector omega;  // n, rad/s; the first n_rigid are 0
+  Matrix V;      // (k + c) x n
+  Index n_rigid = 0;
+  Matrix E;  // n x 6, V^T M^ R: rigid motions (about the centre of mass, component axes) in modal coordinates.
+             // Momentum is E^T eta'. Free body: only rigid modes carry any, so the other rows are exactly zero.
+};
+
+// A displacement component that is held: direction . u(node) = 0, component axes.
+struct HeldDirection {
+  Index node = 0;     // index into the superelement's nodes
+  Vector3 direction;  // unit; the directions of one node are orthogonal
+};
+
+// Of a free superelement: the stored form when there is one (taken out of `superelement`), else LAPACK on the reduced matrices.
+// The rigid modes are replaced by exact rigid motions, so that impulses change the momentum by exactly their sum.
+// RunError when the eigenvalue problem fails (reduced mass not positive definite), named by `where`.
+DiagonalForm free_diagonal_form(Superelement& superelement, const std::string& where);
+
+// Of a superelement with held directions. Needs the matrices.
+DiagonalForm held_diagonal_form(const Superelement& superelement, const std::vector<HeldDirection>& held, const std::string& where);
+
+// Row of V of each node and component, n_nodes x 3; -1 where the superelement has no such dof.
+IndexTable displacement_rows(const Superelement& superelement);
+
+}  // namespace cbr

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The exact solution of uncoupled oscillators eta'' + omega^2 eta = f over a step h with f linear in time.
+#pragma once
+
+#include "common/types.hpp"
+
+namespace cbr {
+
+// Coefficients per mode (n) for one step length. With x = omega h:
+//   eta(h) = c eta0 + s v0 + a0 f0 + a1 f1,   v(h) = -ws eta0 + c v0 + b0 f0 + b1 f1,
+//   integral of eta over the step = s eta0 + b1 h v0 + i0 f0 + i1 f1     (what the work of a load needs)
+struct ModalPropagator {
+  double h = 0;
+  Vector c, s, ws;                // cos x, sin(x)/omega (h for a rigid mode), omega sin x
+  Vector a0, a1, b0, b1, i0, i1;  // load terms; empty unless asked for
+};
+
+// omega: n, rad/s, >= 0. No cancellation for small omega h: power series below x = 1.
+ModalPropagator modal_propagator(const Vector& omega, double h, bool with_loads);
+
+// (eta, v) at the start -> at the end, without loads. The outputs may not alias the inputs.
+void propagate_free(const ModalPropagator& step, const Vector& eta, const Vector& v, Vector& eta_end, Vector& v_end);
+
+// Adds the part of a load with modal amplitude f0 at the start and f1 at the end, linear in between.
+void add_load(const ModalPropagator& step, const Vector& f0, const Vector& f1, Vector& eta_end, Vector& v_end);
+
+// Work of that load over the step, exact for the exact motion that starts at (eta, v) and ends at eta_end.
+double load_work(const ModalPropagator& step, const Vector& eta, const Vector& v, const Vector& eta_end, const Vector& f0,
+                 const Vector& f1);
+
+}  // namespace cbr

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A superelement that moves: modal coordinates of the diagonal form, advanced exactly or by central differences.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/superelement.hpp"
+#include "dynamics/bodies/body.hpp"
+#include "dynamics/bodies/diagonal_form.hpp"
+#include "dynamics/bodies/modal_propagator.hpp"
+
+namespace cbr {
+
+// Where an instance of a component is: x_scene = T x_component + position, u_scene = T u_component.
+struct Placement {
+  Matrix3 T = Matrix3::Identity();
+  Vector3 position = Vector3::Zero();
+  Vector3 velocity = Vector3::Zero();  // of the whole body at the start, scene axes
+};
+
+enum class Scheme { exact, central_difference };
+
+// Assumes small displacements and rotations relative to the placed component (state().rotation says how far that is stretched).
+class SuperelementBody final : public Body {
+ public:
+  // `form` belongs to `superelement`; both are shared by the instances of a component (a held instance has its own form).
+  // add_velocities() and nodal_masses() need the superelement's matrices.
+  SuperelementBody(std::string name, std::shared_ptr<const Superelement> superelement, std::shared_ptr<const DiagonalForm> form,
+                   const Placement& placement, Scheme scheme);
+
+  const std::string& name() const override { return name_; }
+  Index n_dofs() const override { return form_->omega.size(); }
+  double largest_frequency() const override;
+  bool is_exact() const override { return scheme_ == Scheme::exact; }
+  const Points& reference_positions() const override { return X_; }
+
+  Index track(const std::vector<Index>& nodes) override;
+  void positions(Index set, Points& x) const override;
+  void predicted_positions(Index set, Points& x) const override;
+  MotionBound motion_bound(Index set) const override;
+  Index track_mean(const std::vector<Index>& nodes) override;
+  void mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
+
+  void predict(double t, double h) override;
+  void add_impulses(Index set, const Points& impulses) override;
+  void add_velocities(Index set, const Points& velocities) override;
+  void accept() override;
+
+  NodeResponse response(Index set, double h) const override;
+  Points nodal_masses(Index set) const override;
+  void add_force(const Points& forces, const History& history) override;
+  void add_gravity(const Vector3& acceleration, const History& history) override;
+
+  BodyState state() const override;
+  BodyWork work() const override { return work_; }
+  void displacements(Points& u, Points& v) const override;
+
+  // q = V eta (k + c), component axes: what a recovery of the interior starts from; and its rate.
+  Vector coordinates() const;
+  Vector coordinate_rates() const;
+
+ private:
+  struct NodeSet {
+    std::vector<Index> nodes;
+    Points X;   // m x 3, scene axes
+    Matrix Vt;  // n x 3 m: column 3 i + c is the modal row of dof (i, c) in scene axes, contiguous
+    Matrix B;   // n x 3 m: V^T M^ of unit velocities of the dofs; filled when first needed
+  };
+  struct MeanSet {
+    Vector3 X;
+    Matrix Vt;  // n x 3
+  };
+  struct ModalLoad {
+    Vector amplitude;  // n, V^T f
+    History history;
+  };
+
+  Matrix scene_rows(const std::vector<Index>& nodes) const;
+  void fill_velocity_map(NodeSet& set) const;
+  const ModalPropagator& propagator(double h) const;
+  void load_amplitudes(double t, Vector& f) const;
+  void propagate(const Vector& eta, const Vector& v, Vector& eta_end, Vector& v_end, double* external_work);
+  void predict_central(double h);
+
+  std::string name_;
+  std::shared_ptr<const Superelement> superelement_;
+  std::shared_ptr<const DiagonalForm> form_;
+  Placement placement_;
+  Scheme scheme_;
+  IndexTable rows_;
+  Points X_;
+  std::vector<NodeSet> sets_;
+  std::vector<MeanSet> means_;
+  std::vector<ModalLoad> loads_;
+  std::vector<double> breakpoints_;  // of all histories, ascending
+
+  Vector eta_, v_, eta_end_, v_end_;  // central differences: v_ is half a step behind eta_
+  Vector kick_, end_kick_;            // modal impulses at the start of the step; modal velocities added at its end
+  bool kicked_ = false, end_kicked_ = false;
+  Vector f_, f0_, f1_, work_eta_, work_v_;
+  double t_ = 0, h_ = 0, last_h_ = 0;
+  mutable ModalPropagator regular_, other_;  // of the last two step lengths
+  BodyWork work_;
+};
+
+}  // namespace cbr

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What a superelement answers about itself: response, masses, loads, momentum, energy.
+#include <Eigen/Dense>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "dynamics/bodies/superelement_body.hpp"
+
+namespace cbr {
+
+NodeResponse SuperelementBody::response(Index set, double h) const {
+  const NodeSet& s = sets_[set];
+  // S = V_c diag(sin(omega h)/omega) V_c^T, or h V_c V_c^T   (3m x 3m). Below omega h = pi the weights are positive.
+  Vector weight = Vector::Constant(form_->omega.size(), h);
+  if (is_exact()) weight = propagator(h).s;
+  NodeResponse response;
+  const Matrix scaled = weight.asDiagonal() * s.Vt;
+  response.dense.noalias() = s.Vt.transpose() * scaled;
+  response.dense = (0.5 * (response.dense + response.dense.transpose())).eval();
+  return response;
+}
+
+Points SuperelementBody::nodal_masses(Index set) const {
+  const NodeSet& s = sets_[set];
+  const Index k = superelement_->k(), c = superelement_->c();
+  assert(superelement_->M_cc.rows() == c);
+  Points masses(static_cast<Index>(s.nodes.size()), 3);
+  for (Index i = 0; i < masses.rows(); ++i) {
+    Vector3 of_node = Vector3::Zero();  // component axes
+    for (int d = 0; d < 3; ++d) {
+      const Index row = rows_(s.nodes[i], d) - k;
+      if (row < 0) continue;
+      for (Index j = 0; j < c; ++j) of_node[d] += superelement_->dof_component[j] == d ? superelement_->M_cc(j, row) : 0;
+    }
+    masses.row(i) = (placement_.T.cwiseAbs2() * of_node).transpose();
+  }
+  return masses;
+}
+
+void SuperelementBody::fill_velocity_map(NodeSet& set) const {
+  const Index k = superelement_->k(), c = superelement_->c(), m = static_cast<Index>(set.nodes.size());
+  assert(superelement_->M_cc.rows() == c);
+  // M^ of unit velocities in scene axes: columns [M_kc; M_cc] T^T   ((k + c) x 3m)
+  Matrix columns = Matrix::Zero(k + c, 3 * m);
+  for (Index i = 0; i < m; ++i) {
+    for (int d = 0; d < 3; ++d) {
+      const Index j = rows_(set.nodes[i], d) - k;
+      if (j < 0) continue;
+      for (int a = 0; a < 3; ++a) {
+        columns.col(3 * i + a).head(k) += placement_.T(a, d) * superelement_->M_kc.col(j);
+        columns.col(3 * i + a).tail(c) += placement_.T(a, d) * superelement_->M_cc.col(j);
+      }
+    }
+  }
+  set.B.noalias() = form_->V.transpose() * columns;
+}
+
+void SuperelementBody::add_force(const Points& forces, const History& history) {
+  // V^T f with f in component axes: T^T f of each node
+  Vector f = Vector::Zero(form_->V.rows());
+  for (Index i = 0; i < forces.rows(); ++i) {
+    const Vector3 local = placement_.T.transpose() * forces.row(i).transpose();
+    for (int d = 0; d < 3; ++d) {
+      if (rows_(i, d) >= 0) f[rows_(i, d)] += local[d];
+    }
+  }
+  loads_.push_back({form_->V.transpose() * f, history});
+  breakpoints_.insert(breakpoints_.end(), history.time.begin(), history.time.end());
+  std::sort(breakpoints_.begin(), breakpoints_.end());
+  regular_ = other_ = ModalPropagator{};
+}
+
+void SuperelementBody::add_gravity(const Vector3& acceleration, const History& history) {
+  loads_.push_back({form_->E.leftCols(3) * (placement_.T.transpose() * acceleration), history});
+  breakpoints_.insert(breakpoints_.end(), history.time.begin(), history.time.end());
+  std::sort(breakpoints_.begin(), breakpoints_.end());
+  regular_ = other_ = ModalPropagator{};
+}
+
+BodyState SuperelementBody::state() const {
+  const RigidBody& rigid = superelement_->rigid_body;
+  const Matrix3& T = placement_.T;
+  BodyState state;
+  // The first three columns of E^T eta are mass times displacement of the centre of mass, the last three inertia times rotation.
+  const Vector moment = form_->E.transpose() * eta_, rate = form_->E.transpose() * v_;
+  state.center_of_mass = T * (rigid.center + moment.head<3>() / rigid.mass) + placement_.position;
+  state.momentum = T * rate.head<3>();
+  // A rotation is a pseudo-vector: a mirror changes its sign.
+  state.angular_momentum = T.determinant() * (T * rate.tail<3>()) + state.center_of_mass.cross(state.momentum);
+  state.rotation = rigid.inertia.ldlt().solve(moment.tail<3>()).norm();
+  if (!std::isfinite(state.rotation)) state.rotation = 0;
+  const auto omega = form_->omega.array();
+  const double strain = 0.5 * (omega * eta_.array()).square().sum();
+  if (is_exact()) {
+    state.kinetic_energy = 0.5 * v_.squaredNorm();
+  } else {
+    // 1/2 v- . v+ with v+ of the internal forces alone: what leapfrog conserves together with the strain energy
+    state.kinetic_energy = 0.5 * v_.squaredNorm() - 0.5 * last_h_ * (omega.square() * eta_.array() * v_.array()).sum();
+  }
+  state.strain_energy = strain;
+  return state;
+}
+
+Vector SuperelementBody::coordinates() const { return form_->V * eta_; }
+
+Vector SuperelementBody::coordinate_rates() const { return form_->V * v_; }
+
+void SuperelementBody::displacements(Points& u, Points& v) const {
+  const Vector q = coordinates(), rate = coordinate_rates();
+  u.setZero(X_.rows(), 3), v.setZero(X_.rows(), 3);
+  for (Index i = 0; i < X_.rows(); ++i) {
+    Vector3 u_i = Vector3::Zero(), v_i = Vector3::Zero();
+    for (int d = 0; d < 3; ++d) {
+      if (rows_(i, d) >= 0) u_i[d] = q[rows_(i, d)], v_i[d] = rate[rows_(i, d)];
+    }
+    u.row(i) = (placement_.T * u_i).transpose();
+    v.row(i) = (placement_.T * v_i).transpose();
+  }
+}
+
+}  // namespace cbr

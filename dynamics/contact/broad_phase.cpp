@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/contact/broad_phase.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace cbr {
+namespace {
+
+Box union_of(const std::vector<Box>& boxes) {
+  Box all{Vector3::Constant(HUGE_VAL), Vector3::Constant(-HUGE_VAL)};
+  for (const Box& box : boxes) all.lower = all.lower.cwiseMin(box.lower), all.upper = all.upper.cwiseMax(box.upper);
+  return all;
+}
+
+struct Grid {
+  Box region;
+  Vector3 inverse_cell = Vector3::Zero();
+  std::array<Index, 3> n{1, 1, 1};
+
+  std::array<Index, 6> range(const Box& box) const {
+    std::array<Index, 6> r{};
+    for (int c = 0; c < 3; ++c) {
+      const auto cell = [&](double x) {
+        const double position = (x - region.lower[c]) * inverse_cell[c];
+        return static_cast<Index>(std::clamp(position, 0.0, static_cast<double>(n[c] - 1)));
+      };
+      r[c] = cell(box.lower[c]), r[c + 3] = cell(box.upper[c]);
+    }
+    return r;
+  }
+  Index size() const { return n[0] * n[1] * n[2]; }
+};
+
+template <typename Visit>
+void for_cells(const Grid& grid, const Box& box, const Visit& visit) {
+  const auto r = grid.range(box);
+  for (Index z = r[2]; z <= r[5]; ++z)
+    for (Index y = r[1]; y <= r[4]; ++y)
+      for (Index x = r[0]; x <= r[3]; ++x) visit((z * grid.n[1] + y) * grid.n[0] + x);
+}
+
+// Cells of about the targets' mean size, at most some four a target.
+Grid make_grid(const Box& region, const std::vector<Box>& targets) {
+  Grid grid;
+  grid.region = region;
+  Vector3 mean = Vector3::Zero();
+  for (const Box& box : targets) mean += box.upper - box.lower;
+  mean /= static_cast<double>(targets.size());
+  const Vector3 extent = region.upper - region.lower;
+  const double limit = std::max(1.0, std::ceil(2 * std::sqrt(static_cast<double>(targets.size()))));
+  for (int c = 0; c < 3; ++c) {
+    const double cells = mean[c] > 0 ? std::clamp(std::floor(extent[c] / mean[c]), 1.0, limit) : 1.0;
+    grid.n[c] = static_cast<Index>(cells);
+    grid.inverse_cell[c] = extent[c] > 0 ? cells / extent[c] : 0.0;
+  }
+  while (grid.size() > 4 * static_cast<Index>(targets.size()) + 64) {
+    const auto widest = std::max_element(grid.n.begin(), grid.n.end()) - grid.n.begin();
+    grid.n[widest] /= 2;
+    grid.inverse_cell[widest] = extent[widest] > 0 ? static_cast<double>(grid.n[widest]) / extent[widest] : 0.0;
+  }
+  return grid;
+}
+
+void fill_cells(const Grid& grid, const std::vector<Box>& targets, BroadPhase& work) {
+  work.cell_first.assign(grid.size() + 1, 0);
+  for (const Box& box : targets)
+    if (box.meets(grid.region)) for_cells(grid, box, [&](Index cell) { ++work.cell_first[cell + 1]; });
+  for (Index cell = 0; cell < grid.size(); ++cell) work.cell_first[cell + 1] += work.cell_first[cell];
+  work.cell_target.resize(work.cell_first.back());
+  std::vector<Index>& next = work.stamp;
+  next.assign(work.cell_first.begin(), work.cell_first.end() - 1);
+  for (Index t = 0; t < static_cast<Index>(targets.size()); ++t)
+    if (targets[t].meets(grid.region)) for_cells(grid, targets[t], [&](Index cell) { work.cell_target[next[cell]++] = t; });
+}
+
+}  // namespace
+
+void find_candidates(const std::vector<Box>& queries, const std::vector<Box>& targets, BroadPhase& work) {
+  auto& [first, target] = work.candidates;
+  first.assign(queries.size() + 1, 0);
+  target.clear();
+  if (queries.empty() || targets.empty()) return;
+  const Box q = union_of(queries), t = union_of(targets);
+  if (!q.meets(t)) return;
+  const Grid grid = make_grid({q.lower.cwiseMax(t.lower), q.upper.cwiseMin(t.upper)}, targets);
+  fill_cells(grid, targets, work);
+  work.stamp.assign(targets.size(), -1);
+  for (Index i = 0; i < static_cast<Index>(queries.size()); ++i) {
+    if (queries[i].meets(grid.region)) {
+      for_cells(grid, queries[i], [&](Index cell) {
+        for (Index k = work.cell_first[cell]; k < work.cell_first[cell + 1]; ++k) {
+          const Index candidate = work.cell_target[k];
+          if (work.stamp[candidate] == i || !queries[i].meets(targets[candidate])) continue;
+          work.stamp[candidate] = i;
+          target.push_back(candidate);
+        }
+      });
+      std::sort(target.begin() + first[i], target.end());
+    }
+    first[i + 1] = static_cast<Index>(target.size());
+  }
+}
+
+}  // namespace cbr

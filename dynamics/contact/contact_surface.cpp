@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/contact/contact_surface.hpp"
+
+#include <Eigen/Dense>
+
+#include <cmath>
+
+namespace cbr {
+
+FaceCorners corners(const ContactSurface& surface, Index face, const Points& points) {
+  FaceCorners x;
+  for (int a = 0; a < 4; ++a) x[a] = points.row(surface.faces(face, a)).transpose();
+  return x;
+}
+
+void fill_sizes(ContactSurface& surface, const Points& points) {
+  surface.sizes.resize(surface.faces.rows());
+  for (Index f = 0; f < surface.faces.rows(); ++f) {
+    const FaceCorners x = corners(surface, f, points);
+    // Half the cross product of the diagonals, for a quad and for a triangle with a repeated corner alike
+    surface.sizes[f] = std::sqrt(0.5 * (x[2] - x[0]).cross(x[3] - x[1]).norm());
+  }
+  surface.size = surface.sizes.size() ? surface.sizes.mean() : 0;
+}
+
+}  // namespace cbr

@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/contact/detection.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cbr {
+namespace {
+
+struct Step {
+  const ContactSurface& slave;
+  const ContactBody& slave_body;
+  const ContactSurface& master;
+  const ContactBody& master_body;
+  const DetectionOptions& options;
+  bool initial;
+  double reach;   // gaps up to this are candidates
+  Vector3 drift;  // mean motion of the master surface: boxes are swept by relative motion only
+};
+
+struct Hit {
+  Projection end;
+  double start_gap = 0;
+  bool over_at_end = false;
+  Index face = 0;
+};
+
+Vector3 mean_motion(const ContactSurface& surface, const ContactBody& body) {
+  Vector3 sum = Vector3::Zero();
+  for (const Index node : surface.nodes) sum += (body.end.row(node) - body.start.row(node)).transpose();
+  return sum / static_cast<double>(surface.nodes.size());
+}
+
+double largest_motion(const ContactSurface& surface, const ContactBody& body, const Vector3& drift) {
+  double largest = 0;
+  for (const Index node : surface.nodes)
+    largest = std::max(largest, (body.end.row(node) - body.start.row(node) - drift.transpose()).norm());
+  return largest;
+}
+
+Box swept(const Vector3& start, const Vector3& end) { return {start.cwiseMin(end), start.cwiseMax(end)}; }
+
+void fill_boxes(const Step& step, PairMemory& memory) {
+  memory.node_boxes.resize(step.slave.nodes.size());
+  for (std::size_t i = 0; i < step.slave.nodes.size(); ++i) {
+    const Index node = step.slave.nodes[i];
+    memory.node_boxes[i] =
+        swept(step.slave_body.start.row(node).transpose() + step.drift, step.slave_body.end.row(node).transpose());
+  }
+  const Index n_faces = step.master.faces.rows();
+  memory.face_boxes.resize(n_faces);
+  for (Index f = 0; f < n_faces; ++f) {
+    Box box{Vector3::Constant(HUGE_VAL), Vector3::Constant(-HUGE_VAL)};
+    for (int a = 0; a < 4; ++a) {
+      const Index node = step.master.faces(f, a);
+      const Box corner =
+          swept(step.master_body.start.row(node).transpose() + step.drift, step.master_body.end.row(node).transpose());
+      box.lower = box.lower.cwiseMin(corner.lower), box.upper = box.upper.cwiseMax(corner.upper);
+    }
+    const double margin = step.reach + 2 * step.options.edge_tolerance * step.master.sizes[f];
+    memory.face_boxes[f] = {box.lower.array() - margin, box.upper.array() + margin};
+  }
+}
+
+// Whether the node came through the face during the step, or touches or nears it; fills `hit`.
+bool meets(const Step& step, Index slot, Index face, bool was_touching, Hit& hit) {
+  const Index node = step.slave.nodes[slot];
+  const bool triangle = is_triangle(step.master, face);
+  const double size = step.master.sizes[face], edge = step.options.edge_tolerance;
+  const Vector3 x0 = step.slave_body.start.row(node).transpose(), x1 = step.slave_body.end.row(node).transpose();
+  const FaceCorners end = corners(step.master, face, step.master_body.end);
+  hit.face = face;
+  hit.end = project(end, triangle, x1);
+  if (!(size > 0) || hit.end.normal.isZero() || hit.end.distance > step.reach) return false;
+  const FaceCorners start = corners(step.master, face, step.master_body.start);
+  const Projection before = project(start, triangle, x0);
+  hit.start_gap = before.distance;
+  hit.over_at_end = hit.end.outside <= edge;
+  const double allowed_depth = was_touching || step.initial ? 1.0 : step.options.late_depth;
+  if (before.distance < -allowed_depth * size) return false;
+  if (hit.end.distance >= 0) return hit.over_at_end;
+  if (before.distance <= 0) return before.outside <= edge || (was_touching && hit.over_at_end);
+  // Where it goes through the moving face
+  const double t = before.distance / (before.distance - hit.end.distance);
+  FaceCorners at;
+  for (int a = 0; a < 4; ++a) at[a] = (1 - t) * start[a] + t * end[a];
+  return project(at, triangle, (1 - t) * x0 + t * x1).outside <= edge;
+}
+
+bool better(const Hit& a, const Hit& b, bool initial) {
+  if (a.over_at_end != b.over_at_end) return a.over_at_end;
+  return initial ? std::abs(a.start_gap) < std::abs(b.start_gap) : std::abs(a.end.distance) < std::abs(b.end.distance);
+}
+
+void add_constraint(const Step& step, Index slot, const Hit& hit, const PairMemory& memory, std::vector<Constraint>& constraints) {
+  Constraint c;
+  c.slave_body = step.slave.body, c.master_body = step.master.body;
+  c.slave = step.slave.nodes[slot];
+  for (int a = 0; a < 4; ++a) c.masters[a] = step.master.faces(hit.face, a);
+  c.weights = hit.end.weights;
+  c.normal = hit.end.normal;
+  c.gap = hit.end.distance - memory.offset[slot];
+  c.start_gap = hit.start_gap - memory.offset[slot];
+  c.slot = slot, c.face = hit.face;
+  constraints.push_back(c);
+}
+
+void detect_node(const Step& step, Index slot, PairMemory& memory, std::vector<Hit>& hits, std::vector<Constraint>& constraints) {
+  const CandidateList& list = memory.grid.candidates;
+  const bool was_touching = memory.face[slot] >= 0;
+  hits.clear();
+  Hit hit;
+  for (Index k = list.first[slot]; k < list.first[slot + 1]; ++k)
+    if (meets(step, slot, list.target[k], was_touching, hit)) hits.push_back(hit);
+  if (hits.empty()) return;
+  std::stable_sort(hits.begin(), hits.end(), [&](const Hit& a, const Hit& b) { return better(a, b, step.initial); });
+  const Hit& best = hits.front();
+  const double size = step.master.sizes[best.face];
+  if (!was_touching && best.start_gap < -step.options.kept_depth * size) memory.offset[slot] = best.start_gap;
+  if (step.initial) memory.initial_overlap = std::max(memory.initial_overlap, -best.start_gap);
+  add_constraint(step, slot, best, memory, constraints);
+  const std::size_t first = constraints.size() - 1;
+  for (std::size_t i = 1; i < hits.size() && !step.initial; ++i) {
+    bool distinct = hits[i].over_at_end && hits[i].end.distance < 0;
+    for (std::size_t k = first; k < constraints.size(); ++k) distinct &= hits[i].end.normal.dot(constraints[k].normal) < 0.7;
+    if (distinct) add_constraint(step, slot, hits[i], memory, constraints);
+  }
+}
+
+}  // namespace
+
+void detect(const ContactSurface& slave, const ContactBody& slave_body, const ContactSurface& master,
+            const ContactBody& master_body, bool initial, const DetectionOptions& options, PairMemory& memory,
+            std::vector<Constraint>& constraints) {
+  const Index n = static_cast<Index>(slave.nodes.size());
+  if (memory.offset.size() != n) memory.offset.setZero(n), memory.face.assign(n, -1);
+  Step step{slave, slave_body, master, master_body, options, initial, 0, mean_motion(master, master_body)};
+  // Neighbours of a node in contact may be drawn in by its impulse: about as far as anything moves in the step.
+  step.reach =
+      0.02 * master.size + 0.5 * (largest_motion(slave, slave_body, step.drift) + largest_motion(master, master_body, step.drift));
+  if (initial) step.reach = std::max(step.reach, master.size);
+  fill_boxes(step, memory);
+  find_candidates(memory.node_boxes, memory.face_boxes, memory.grid);
+  std::vector<Hit> hits;
+  for (Index slot = 0; slot < n; ++slot) detect_node(step, slot, memory, hits, constraints);
+}
+
+void remember(const std::vector<Constraint>& constraints, std::size_t first, std::size_t last, const Vector& end_gap,
+              const Vector& impulse, double closed, PairMemory& memory) {
+  std::fill(memory.face.begin(), memory.face.end(), -1);
+  for (std::size_t i = first; i < last; ++i) {
+    const Constraint& c = constraints[i];
+    if (impulse[i] > 0 || end_gap[i] < closed) memory.face[c.slot] = c.face;
+    // end_gap counts from the offset: what has opened stays open
+    double& offset = memory.offset[c.slot];
+    if (offset < 0) offset = std::min(0.0, offset + std::max(0.0, end_gap[i]));
+  }
+}
+
+}  // namespace cbr

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Which slave nodes can touch which master faces in a step.
+#pragma once
+
+#include <vector>
+
+#include "dynamics/contact/broad_phase.hpp"
+#include "dynamics/contact/contact_surface.hpp"
+
+namespace cbr {
+
+// Lengths as shares of the master face's size.
+struct DetectionOptions {
+  // A node this far off a face still counts as over it: matching surfaces whose edges coincide stay in contact at their edges.
+  double edge_tolerance = 0.02;
+  // A node that was not in contact may start a step this deep and still be caught; deeper, it is on the other side of a thin body.
+  double late_depth = 0.05;
+  // A node that starts deeper than this without having been in contact is held where it is instead of being thrown out.
+  double kept_depth = 1e-3;
+};
+
+// What a pair remembers from step to step, per slave node (in the order of the slave surface's nodes).
+struct PairMemory {
+  std::vector<Index> face;  // master face it touched in the last step, or -1
+  Vector offset;            // <= 0: overlap that is left as it is
+  std::vector<Box> node_boxes, face_boxes;
+  BroadPhase grid;
+  double initial_overlap = 0;  // largest depth found by the initial detection
+};
+
+// Appends the constraints of a pair. Positions are those of the bodies' start and predicted end; the path of a node relative to a
+// face tells on which side it comes from, so that neither a large step nor a thin body lets it through. Further faces of a node are
+// added when their normals differ by more than 45 degrees (a corner). `initial`: first step of the run: nodes may overlap by up to
+// a face's size and keep that overlap.
+void detect(const ContactSurface& slave, const ContactBody& slave_body, const ContactSurface& master,
+            const ContactBody& master_body, bool initial, const DetectionOptions& options, PairMemory& memory,
+            std::vector<Constraint>& constraints);
+
+// After the step: who touches (impulse or closed gap), and overlaps that have opened. `end_gap` and `impulse` go with
+// `constraints`; [first, last) are those of this pair.
+void remember(const std::vector<Constraint>& constraints, std::size_t first, std::size_t last, const Vector& end_gap,
+              const Vector& impulse, double closed, PairMemory& memory);
+
+}  // namespace cbr

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// From constraints to impulses: the three enforcements. All conserve linear momentum exactly: what a slave node gets, its face
+// gives.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "dynamics/contact/complementarity.hpp"
+#include "dynamics/contact/contact_surface.hpp"
+
+namespace cbr {
+
+// What one enforcement did in one step.
+struct EnforcementResult {
+  Vector p;             // per constraint, >= 0
+  Vector gap;           // per constraint, at the end of the step
+  double residual = 0;  // of complementarity, see ComplementarityResult
+  bool fallback = false;
+};
+
+// Kept from step to step by a group of constraints that is solved together.
+struct ImpulseMemory {
+  std::vector<Constraint> rows;  // those that W was formed from
+  double h = 0;
+  std::optional<ComplementaritySolver> solver;
+};
+
+// `impulse`: 0 <= p, 0 <= g_end, p . g_end = 0 with g_end = g + W p the gap at the END of the step (Carpenter, Taylor, Katona 1991,
+// doi 10.1002/nme.1620320107, with the bodies' full response). Adds to the bodies' impulses. W and its factor are kept while the
+// rows of G stand.
+EnforcementResult enforce_impulse(const std::vector<Constraint>& constraints, const std::vector<char>& guess, double h,
+                                  std::vector<ContactBody>& bodies, ImpulseMemory& memory);
+
+// `penalty`: p = k h max(0, -g) with g at the start of the step and k = penalty_share / (h x largest row sum of |W|). The row sum
+// bounds W's largest eigenvalue, so k h W <= 1/2; exact steps with omega h <= 2 are stable up to 4 cos^2(1) = 1.17, central
+// differences with (omega h)^2 <= 3.5. `stiffness` is kept between steps and only ever lowered, so that a contact does not change
+// its spring.
+constexpr double penalty_share = 0.5;
+EnforcementResult enforce_penalty(const std::vector<Constraint>& constraints, double h, std::vector<ContactBody>& bodies,
+                                  double& stiffness);
+
+// `nodal`: what a code does that knows only nodal masses (method.md): the nodes' velocities alone are changed, each weighed by
+// `masses` (per contact body m x 3, scene axes), so that no gap is negative at the end. Adds impulses; velocities(body) = impulses
+// / masses.
+EnforcementResult enforce_nodal(const std::vector<Constraint>& constraints, const std::vector<char>& guess, double h,
+                                const std::vector<Points>& masses, std::vector<ContactBody>& bodies);
+
+// normal . (x_slave - sum weights x_master) at the bodies' `end` (or `start`), without the offset.
+double measure_gap(const Constraint& constraint, const std::vector<ContactBody>& bodies, bool at_end);
+
+}  // namespace cbr

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/contact/broad_phase.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace cbr {
+namespace {
+
+std::vector<Box> random_boxes(std::mt19937& random, int n, const Vector3& spread, double size) {
+  std::uniform_real_distribution<double> unit(0, 1);
+  std::vector<Box> boxes;
+  for (int i = 0; i < n; ++i) {
+    const Vector3 at(unit(random) * spread[0], unit(random) * spread[1], unit(random) * spread[2]);
+    boxes.push_back({at, at + size * Vector3(unit(random), unit(random), unit(random))});
+  }
+  return boxes;
+}
+
+void expect_as_brute_force(const std::vector<Box>& queries, const std::vector<Box>& targets) {
+  BroadPhase grid;
+  for (int again = 0; again < 2; ++again) {  // the second time with a used workspace
+    find_candidates(queries, targets, grid);
+    for (std::size_t i = 0; i < queries.size(); ++i) {
+      std::vector<Index> expected;
+      for (std::size_t t = 0; t < targets.size(); ++t)
+        if (queries[i].meets(targets[t])) expected.push_back(static_cast<Index>(t));
+      const auto begin = grid.candidates.target.begin();
+      EXPECT_EQ(std::vector<Index>(begin + grid.candidates.first[i], begin + grid.candidates.first[i + 1]), expected);
+    }
+  }
+}
+
+TEST(BroadPhase, FindsWhatBruteForceFinds) {
+  std::mt19937 random(1);
+  for (const Vector3& spread : {Vector3(1, 1, 1), Vector3(1, 1, 0), Vector3(10, 0.1, 0), Vector3(0, 0, 0)}) {
+    for (const double size : {0.0, 0.05, 0.5, 3.0})
+      expect_as_brute_force(random_boxes(random, 80, spread, size), random_boxes(random, 120, spread, size));
+  }
+}
+
+TEST(BroadPhase, OneHugeAmongSmall) {
+  std::mt19937 random(2);
+  auto targets = random_boxes(random, 50, Vector3(1, 1, 1), 0.02);
+  targets.push_back({Vector3(-100, -100, -100), Vector3(100, 100, 100)});
+  expect_as_brute_force(random_boxes(random, 30, Vector3(2, 2, 2), 0.1), targets);
+}
+
+TEST(BroadPhase, NothingNearNothingFound) {
+  std::mt19937 random(3);
+  auto far = random_boxes(random, 20, Vector3(1, 1, 1), 0.1);
+  for (Box& box : far) box.lower.array() += 10, box.upper.array() += 10;
+  expect_as_brute_force(random_boxes(random, 20, Vector3(1, 1, 1), 0.1), far);
+  expect_as_brute_force({}, far);
+  expect_as_brute_force(far, {});
+}
+
+}  // namespace
+}  // namespace cbr

@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/contact/detection.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+
+#include <random>
+
+namespace cbr {
+namespace {
+
+// A flat n x n patch of unit quads in the plane z, normal up or down.
+struct Patch {
+  ContactSurface surface;
+  ContactBody body;
+};
+
+Patch patch(int n, double z, bool up, double size = 1) {
+  Patch p;
+  Points x((n + 1) * (n + 1), 3);
+  for (Index j = 0; j <= n; ++j)
+    for (Index i = 0; i <= n; ++i) x.row(j * (n + 1) + i) << size * double(i) / n, size * double(j) / n, z;
+  p.surface.faces.resize(n * n, 4);
+  for (Index j = 0, f = 0; j < n; ++j) {
+    for (Index i = 0; i < n; ++i, ++f) {
+      const Index a = j * (n + 1) + i, b = a + 1, c = b + n + 1, d = a + n + 1;
+      if (up) {
+        p.surface.faces.row(f) << a, b, c, d;
+      } else {
+        p.surface.faces.row(f) << a, d, c, b;
+      }
+    }
+  }
+  for (Index i = 0; i < x.rows(); ++i) p.surface.nodes.push_back(i);
+  p.body.start = p.body.end = x;
+  fill_sizes(p.surface, x);
+  return p;
+}
+
+void move(Patch& p, const Vector3& d) { p.body.end = p.body.start.rowwise() + d.transpose(); }
+
+std::vector<Constraint> run(const Patch& slave, const Patch& master, PairMemory& memory, bool initial = false) {
+  std::vector<Constraint> constraints;
+  detect(slave.surface, slave.body, master.surface, master.body, initial, {}, memory, constraints);
+  return constraints;
+}
+
+TEST(Detection, MatchingFacesKeepTheirEdgeNodes) {
+  Patch top = patch(4, 0.01, false), bottom = patch(4, 0, true);
+  move(top, Vector3(0.004, 0.003, -0.02));  // 2 % of a face is 0.005
+  PairMemory memory;
+  const auto constraints = run(top, bottom, memory);
+  EXPECT_EQ(constraints.size(), 25u);
+  for (const auto& c : constraints) {
+    EXPECT_NEAR(c.gap, -0.01, 1e-12);
+    EXPECT_NEAR(c.normal[2], 1, 1e-12);
+    double sum = 0;
+    for (const double w : c.weights) {
+      EXPECT_GE(w, 0);
+      sum += w;
+    }
+    EXPECT_NEAR(sum, 1, 1e-14);
+  }
+}
+
+TEST(Detection, FastBodiesDoNotTunnel) {
+  for (const double speed : {0.5, 3.0, 50.0}) {
+    Patch top = patch(3, 0.1, false), bottom = patch(5, 0, true);
+    move(top, Vector3(0, 0, -speed));
+    PairMemory memory;
+    const auto constraints = run(top, bottom, memory);
+    ASSERT_EQ(constraints.size(), 16u) << speed;
+    for (const auto& c : constraints) EXPECT_NEAR(c.gap, 0.1 - speed, 1e-12);
+  }
+}
+
+TEST(Detection, CommonMotionChangesNothing) {
+  Patch top = patch(3, 0.1, false), bottom = patch(5, 0, true);
+  move(top, Vector3(1000, -500, 299.8));
+  move(bottom, Vector3(1000, -500, 300));
+  PairMemory memory;
+  const auto constraints = run(top, bottom, memory);
+  EXPECT_EQ(constraints.size(), 16u);
+  EXPECT_LE(memory.grid.candidates.target.size(), 16u * 9u);
+}
+
+TEST(Detection, TheFarSideOfAThinPlateDoesNotCatch) {
+  // A plate of 7 % of the face size, both faces in one surface: a node above it is not "deep inside" the bottom face.
+  Patch node = patch(1, 0.005, false, 0.1);
+  Patch plate = patch(2, 0, true);
+  const Patch under = patch(2, -0.035, false);
+  const Index n = plate.body.start.rows();
+  Points x(2 * n, 3);
+  x << plate.body.start, under.body.start;
+  IndexTable faces(8, 4);
+  faces << plate.surface.faces, (under.surface.faces.array() + n).matrix();
+  plate.surface.faces = faces;
+  plate.surface.nodes.clear();
+  for (Index i = 0; i < 2 * n; ++i) plate.surface.nodes.push_back(i);
+  plate.body.start = plate.body.end = x;
+  fill_sizes(plate.surface, x);
+  for (auto& p : {&node}) {
+    p->body.start.col(0).array() += 0.2, p->body.start.col(1).array() += 0.2;
+    move(*p, Vector3(0, 0, -0.03));  // to -0.025, nearer to the bottom than to the top
+  }
+  PairMemory memory;
+  const auto constraints = run(node, plate, memory);
+  ASSERT_EQ(constraints.size(), 4u);
+  for (const auto& c : constraints) {
+    EXPECT_NEAR(c.normal[2], 1, 1e-12);
+    EXPECT_NEAR(c.gap, -0.025, 1e-12);
+  }
+}
+
+TEST(Detection, BodiesBehindASurfaceAreLeftAlone) {
+  Patch behind = patch(3, -0.4, false), bottom = patch(2, 0, true);
+  move(behind, Vector3(0, 0, 0.1));
+  PairMemory memory;
+  EXPECT_TRUE(run(behind, bottom, memory).empty());
+}
+
+TEST(Detection, InitialOverlapIsKeptAndReported) {
+  Patch top = patch(3, -0.05, false), bottom = patch(3, 0, true);
+  PairMemory memory;
+  const auto constraints = run(top, bottom, memory, true);
+  ASSERT_EQ(constraints.size(), 16u);
+  EXPECT_NEAR(memory.initial_overlap, 0.05, 1e-12);
+  for (const auto& c : constraints) EXPECT_NEAR(c.gap, 0, 1e-12);
+  // Half of it opens: that half is not given up again.
+  remember(constraints, 0, constraints.size(), Vector::Constant(16, 0.02), Vector::Zero(16), 0.03, memory);
+  EXPECT_NEAR(memory.offset.minCoeff(), -0.03, 1e-12);
+}
+
+TEST(Detection, ACornerHoldsFromBothSides) {
+  // Floor and wall of a concave corner, a node driven into both.
+  Patch corner = patch(1, 0, true);
+  Points x(8, 3);
+  x << corner.body.start, (Points(4, 3) << 0, 0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1).finished();
+  corner.surface.faces.resize(2, 4);
+  corner.surface.faces << 0, 1, 3, 2, 4, 5, 7, 6;
+  corner.surface.nodes = {0, 1, 2, 3, 4, 5, 6, 7};
+  corner.body.start = corner.body.end = x;
+  fill_sizes(corner.surface, x);
+  Patch node = patch(1, 0.01, false, 0.1);
+  node.body.start.col(0).array() += 0.01, node.body.start.col(1).array() += 0.4;
+  move(node, Vector3(-0.02, 0, -0.02));
+  PairMemory memory;
+  const auto constraints = run(node, corner, memory);
+  int wall = 0, floor = 0;
+  for (const auto& c : constraints) wall += c.normal[0] > 0.99, floor += c.normal[2] > 0.99;
+  EXPECT_EQ(floor, 4);
+  EXPECT_EQ(wall, 2);
+}
+
+// Every node by every face, straight from the definition, against what the grid lets through.
+TEST(Detection, AgreesWithBruteForceOnRoughSurfaces) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  for (int trial = 0; trial < 20; ++trial) {
+    Patch top = patch(7, 0.03, false), bottom = patch(5, 0, true);
+    for (Index i = 0; i < top.body.start.rows(); ++i) top.body.start(i, 2) += 0.02 * unit(random);
+    for (Index i = 0; i < bottom.body.start.rows(); ++i) bottom.body.start(i, 2) += 0.02 * unit(random);
+    bottom.body.end = bottom.body.start;
+    move(top, Vector3(0.05 * unit(random), 0.05 * unit(random), -0.05));
+    PairMemory memory;
+    const auto constraints = run(top, bottom, memory);
+    for (Index i = 0; i < top.body.end.rows(); ++i) {
+      double nearest = 1e300;
+      for (Index f = 0; f < bottom.surface.faces.rows(); ++f) {
+        const Projection p = project(corners(bottom.surface, f, bottom.body.end), false, top.body.end.row(i).transpose());
+        if (p.outside <= 0) nearest = std::min(nearest, p.distance);
+      }
+      double found = 1e300;
+      for (const auto& c : constraints)
+        if (c.slave == i) found = std::min(found, c.gap);
+      // At a ridge the face that it came through and the one that it is nearest to may differ by the roughness.
+      if (nearest < 0) {
+        EXPECT_NEAR(found, nearest, 0.01);
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace cbr

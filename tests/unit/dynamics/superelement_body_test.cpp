@@ -1,0 +1,271 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/bodies/superelement_body.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+
+#include <cmath>
+#include <numeric>
+#include <random>
+
+#include "tests/unit/dynamics/lattice.hpp"
+
+namespace cbr {
+namespace {
+
+using test::lattice;
+using test::Lattice;
+
+const Lattice& block() {
+  static const Lattice body = lattice({4, 3, 3}, 0.1, 2e3, 0.5);
+  return body;
+}
+
+Placement oblique(bool mirrored) {
+  Placement placement;
+  placement.T = Eigen::AngleAxisd(0.7, Vector3(1, 2, -1).normalized()).toRotationMatrix();
+  if (mirrored) placement.T = (placement.T * Vector3(1, -1, 1).asDiagonal()).eval();
+  placement.position = Vector3(0.3, -0.2, 1.1);
+  placement.velocity = Vector3(2, -1, 0.5);
+  return placement;
+}
+
+Points random_points(std::mt19937& random, Index n, double size) {
+  std::normal_distribution<double> normal;
+  return Points::NullaryExpr(n, 3, [&] { return size * normal(random); });
+}
+
+std::vector<Index> all_nodes(const Body& body) {
+  std::vector<Index> nodes(body.n_nodes());
+  std::iota(nodes.begin(), nodes.end(), Index{0});
+  return nodes;
+}
+
+SuperelementBody make_body(Index k, Scheme scheme, bool mirrored = false) {
+  const auto model = test::model(test::reduce(block(), test::x_nodes(block(), true, true), k));
+  return {"body", model.superelement, model.form, oblique(mirrored), scheme};
+}
+
+double energy(const Body& body) {
+  const BodyState state = body.state();
+  return state.kinetic_energy + state.strain_energy;
+}
+
+TEST(SuperelementBody, RigidFlightIsExact) {
+  SuperelementBody body = make_body(10, Scheme::exact);
+  const Index set = body.track(all_nodes(body));
+  const BodyState before = body.state();
+  EXPECT_LT((before.momentum - 18 * Vector3(2, -1, 0.5)).norm(), 1e-13 * before.momentum.norm());
+  EXPECT_NEAR(before.kinetic_energy, 0.5 * 18 * 5.25, 1e-11);
+  Points start, end;
+  body.positions(set, start);
+  body.predict(0, 3.0);
+  body.accept();
+  body.positions(set, end);
+  EXPECT_LT(((end - start).rowwise() - 3 * Vector3(2, -1, 0.5).transpose()).cwiseAbs().maxCoeff(), 1e-12);
+  EXPECT_LT(body.state().strain_energy, 1e-20);
+}
+
+TEST(SuperelementBody, ImpulsesChangeMomentumByTheirSum) {
+  std::mt19937 random(1);
+  for (const Scheme scheme : {Scheme::exact, Scheme::central_difference}) {
+    for (const bool mirrored : {false, true}) {
+      SuperelementBody body = make_body(12, scheme, mirrored);
+      const Index set = body.track(all_nodes(body));
+      const double h = 1.5 / body.largest_frequency();
+      body.predict(0, h);
+      body.accept();
+      Vector3 momentum = body.state().momentum, angular = body.state().angular_momentum;
+      double scale = momentum.norm(), angular_scale = angular.norm();
+      const Vector3 center = body.state().center_of_mass - h * body.state().momentum / 18;  // undeformed
+      for (int step = 1; step <= 200; ++step) {
+        const Points p = random_points(random, body.n_nodes(), step % 10 == 0 ? 0.3 : 0.0);
+        // Arms are those of the undeformed body about its centre of mass.
+        const Vector3 drift = body.state().center_of_mass - center;
+        for (Index i = 0; i < p.rows(); ++i)
+          angular += Vector3(body.reference_positions().row(i).transpose() + drift).cross(Vector3(p.row(i).transpose()));
+        momentum += p.colwise().sum().transpose();
+        body.predict(step * h, h);
+        body.add_impulses(set, p);
+        body.accept();
+        scale = std::max(scale, momentum.norm()), angular_scale = std::max(angular_scale, angular.norm());
+      }
+      EXPECT_LT((body.state().momentum - momentum).norm(), 1e-13 * scale);
+      EXPECT_LT((body.state().angular_momentum - angular).norm(), 1e-12 * angular_scale);
+    }
+  }
+}
+
+TEST(SuperelementBody, ResponseIsWhatImpulsesDo) {
+  std::mt19937 random(2);
+  for (const Scheme scheme : {Scheme::exact, Scheme::central_difference}) {
+    SuperelementBody body = make_body(8, scheme, true);
+    const Index set = body.track({0, 3, 5, 11});
+    const double h = 1.9 / body.largest_frequency();
+    const NodeResponse S = body.response(set, h);
+    EXPECT_FALSE(S.is_diagonal());
+    EXPECT_GT(Eigen::SelfAdjointEigenSolver<Matrix>(S.dense).eigenvalues().minCoeff(), 0);
+    Points before, after;
+    body.predict(0, h);
+    body.predicted_positions(set, before);
+    const Points p = random_points(random, 4, 1);
+    body.add_impulses(set, p);
+    body.predicted_positions(set, after);
+    const Points moved = after - before;
+    const Vector expected = S.dense * Eigen::Map<const Vector>(p.data(), p.size());
+    EXPECT_LT((Eigen::Map<const Vector>(moved.data(), 12) - expected).norm(), 1e-12 * expected.norm());
+  }
+}
+
+TEST(SuperelementBody, EnergyBalanceClosesToRoundOff) {
+  std::mt19937 random(3);
+  for (const Scheme scheme : {Scheme::exact, Scheme::central_difference}) {
+    SuperelementBody body = make_body(12, scheme);
+    const Index set = body.track({1, 4, 7});
+    body.add_force(random_points(random, body.n_nodes(), 4.0), {{0.0, 0.013, 0.041, 0.3}, {1.0, 3.0, -2.0, 0.5}});
+    body.add_gravity(Vector3(0, 0, -9.81), {});
+    const double h = 1.2 / body.largest_frequency();
+    const double start = energy(body);
+    double largest = start;
+    for (int step = 0; step < 400; ++step) {
+      body.predict(step * h, h);
+      if (step % 7 == 0) body.add_impulses(set, random_points(random, 3, 0.4));
+      if (step % 11 == 0) body.add_velocities(set, random_points(random, 3, 0.05));
+      body.accept();
+      largest = std::max(largest, energy(body));
+      EXPECT_LT(std::abs(energy(body) - start - body.work().external - body.work().contact), 2e-12 * largest) << step;
+    }
+    EXPECT_GT(largest, 2 * start);
+  }
+}
+
+TEST(SuperelementBody, AllModesAreTheFullModel) {
+  const Lattice& full = block();
+  const Index N = full.mass.size();
+  // Exact motion of the full model from its own eigenvectors, against the superelement with every mode kept.
+  Vector m(3 * N);
+  for (Index i = 0; i < 3 * N; ++i) m[i] = full.mass[i / 3];
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix> modes(full.K, Matrix(m.asDiagonal()));
+  const auto nodes = test::x_nodes(full, true, true);
+  const auto model = test::model(test::reduce(full, nodes, 3 * (N - static_cast<Index>(nodes.size()))));
+  SuperelementBody body("body", model.superelement, model.form, Placement{}, Scheme::exact);
+  const Index set = body.track(all_nodes(body));
+  Points p = Points::Zero(body.n_nodes(), 3);
+  p(0, 0) = 1, p(5, 1) = -2, p(7, 2) = 0.5;
+  Vector impulse = Vector::Zero(3 * N);
+  for (Index i = 0; i < p.rows(); ++i) impulse.segment<3>(3 * nodes[i]) = p.row(i).transpose();
+  const double t = 0.37;
+  body.predict(0, t);
+  body.add_impulses(set, p);
+  body.accept();
+  const Vector lambda = modes.eigenvalues();
+  Vector eta = modes.eigenvectors().transpose() * impulse;
+  for (Index j = 0; j < eta.size(); ++j) eta[j] *= j < 6 ? t : std::sin(std::sqrt(lambda[j]) * t) / std::sqrt(lambda[j]);
+  const Vector u = modes.eigenvectors() * eta;
+  Points x;
+  body.positions(set, x);
+  for (Index i = 0; i < p.rows(); ++i)
+    EXPECT_LT((x.row(i) - body.reference_positions().row(i) - u.segment<3>(3 * nodes[i]).transpose()).norm(), 1e-9 * u.norm());
+}
+
+TEST(SuperelementBody, LoadsWithBreakpointsInsideAStepAreExact) {
+  std::mt19937 random(4);
+  const Points force = random_points(random, make_body(5, Scheme::exact).n_nodes(), 3.0);
+  const History history{{0.0, 0.11, 0.12, 0.5}, {0.0, 2.0, -1.0, 0.3}};
+  const auto final_positions = [&](int steps) {
+    SuperelementBody body = make_body(5, Scheme::exact);
+    const Index set = body.track(all_nodes(body));
+    body.add_force(force, history);
+    const double h = 0.6 / steps;
+    for (int i = 0; i < steps; ++i) body.predict(i * h, h), body.accept();
+    Points x;
+    body.positions(set, x);
+    return x;
+  };
+  const Points one = final_positions(1);
+  for (const int steps : {2, 7, 600}) EXPECT_LT((final_positions(steps) - one).cwiseAbs().maxCoeff(), 1e-11) << steps;
+}
+
+TEST(SuperelementBody, CentralDifferencesAreThoseOfTheDenseMass) {
+  const Superelement s = test::reduce(block(), test::x_nodes(block(), true, true), 6);
+  const Matrix K = reduced_stiffness(s), M = reduced_mass(s);
+  const auto model = test::model(s);
+  SuperelementBody body("body", model.superelement, model.form, Placement{}, Scheme::central_difference);
+  const Index set = body.track({2});
+  const double h = 0.8 * 2 / body.largest_frequency();
+  Vector q = Vector::Zero(s.n()), v = q, p = q;
+  p[s.k() + 6] = 1, p[s.k() + 8] = -3;
+  Points impulse(1, 3);
+  impulse << 1, 0, -3;
+  const auto mass = M.ldlt();
+  for (int step = 0; step < 50; ++step) {
+    v -= h * mass.solve(K * q);
+    if (step == 3) v += mass.solve(p);
+    q += h * v;
+    body.predict(step * h, h);
+    if (step == 3) body.add_impulses(set, impulse);
+    body.accept();
+  }
+  EXPECT_LT((body.coordinates() - q).norm(), 1e-10 * q.norm());
+}
+
+TEST(SuperelementBody, MotionBoundHoldsTheMotion) {
+  std::mt19937 random(5);
+  for (const bool loaded : {false, true}) {
+    SuperelementBody body = make_body(10, Scheme::exact);
+    const Index set = body.track({0, 2, 6, 9});
+    if (loaded) body.add_force(random_points(random, body.n_nodes(), 5.0), {{0, 0.2, 0.4}, {0, 1, -1}});
+    body.predict(0, 0.01);
+    body.add_impulses(set, random_points(random, 4, 0.2));
+    body.accept();
+    const MotionBound bound = body.motion_bound(set);
+    for (int step = 1; step <= 200; ++step) {
+      const double t = 0.002 * step;
+      body.predict(0.01 + t - 0.002, 0.002);
+      body.accept();
+      Points x;
+      body.positions(set, x);
+      const Vector3 spread = bound.growth * t + 0.5 * t * t * bound.acceleration;
+      for (Index i = 0; i < 4; ++i) {
+        EXPECT_TRUE((x.row(i).transpose().array() <= (bound.upper + t * bound.upper_speed + spread).array() + 1e-12).all());
+        EXPECT_TRUE((x.row(i).transpose().array() >= (bound.lower + t * bound.lower_speed - spread).array() - 1e-12).all());
+      }
+    }
+  }
+}
+
+TEST(SuperelementBody, NodalVelocitiesLeaveModalCoordinatesAlone) {
+  SuperelementBody body = make_body(9, Scheme::exact);
+  const Index set = body.track({3});
+  Points dv(1, 3);
+  dv << 1, -2, 3;
+  body.predict(0, 1e-9);
+  body.add_velocities(set, dv);
+  const Vector before = body.coordinate_rates();
+  body.accept();
+  const Vector change = body.coordinate_rates() - before;
+  EXPECT_LT(change.head(9).norm(), 1e-7);  // the start of the step is not its end: 1e-9 s of motion in between
+  EXPECT_NEAR(change.norm(), dv.norm(), 1e-6);
+}
+
+TEST(DiagonalForm, HeldDirectionsStayWhereTheyAre) {
+  const Superelement s = test::reduce(block(), test::x_nodes(block(), true, true), 7);
+  std::vector<HeldDirection> held;
+  for (const Index node : {0, 1, 2, 3}) held.push_back({node, Vector3(1, 1, 0).normalized()});
+  held.push_back({2, Vector3(0, 0, 1)});
+  const DiagonalForm form = held_diagonal_form(s, held, "test");
+  const IndexTable rows = displacement_rows(s);
+  EXPECT_EQ(form.V.cols(), s.n() - 5);
+  for (const auto& h : held) {
+    Eigen::RowVectorXd motion = Eigen::RowVectorXd::Zero(form.V.cols());
+    for (int c = 0; c < 3; ++c) motion += h.direction[c] * form.V.row(rows(h.node, c));
+    EXPECT_LT(motion.norm(), 1e-12 * form.V.norm());
+  }
+  const Matrix I = form.V.transpose() * reduced_mass(s) * form.V;
+  EXPECT_LT((I - Matrix::Identity(I.rows(), I.cols())).norm(), 1e-9);
+  EXPECT_EQ(form.n_rigid, (form.omega.array() == 0).count());
+}
+
+}  // namespace
+}  // namespace cbr
