@@ -17,20 +17,6 @@ void write_gmsh(const Mesh& mesh, const std::filesystem::path& file, const std::
 Mesh read_exodus(const std::filesystem::path& file);
 void write_exodus(const Mesh& mesh, const std::filesystem::path& file, const std::string& where);
 
-// A name beside `file` to write to; commit() renames it to `file`, without it the destructor removes it.
-class TemporaryFile {
- public:
-  explicit TemporaryFile(const std::filesystem::path& file);
-  ~TemporaryFile();
-  TemporaryFile(const TemporaryFile&) = delete;
-  TemporaryFile& operator=(const TemporaryFile&) = delete;
-  const std::filesystem::path& path() const { return temporary_; }
-  void commit();  // RunError names the file when the system refuses
-
- private:
-  std::filesystem::path file_, temporary_;
-};
-
 // The sides of volume elements by their corner nodes; only sides whose corners are all `wanted` (one flag per node), because all
 // sides of a large mesh would take more memory than the mesh.
 class SideLookup {

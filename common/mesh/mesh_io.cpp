@@ -7,6 +7,7 @@
 
 #include "common/error.hpp"
 #include "common/mesh/mesh_formats.hpp"
+#include "common/output_file.hpp"
 
 namespace cbr {
 namespace {
@@ -62,22 +63,6 @@ void write_mesh(const Mesh& mesh, const std::filesystem::path& file) {
   TemporaryFile temporary(file);
   format == Format::gmsh ? write_gmsh(mesh, temporary.path(), file.string()) : write_exodus(mesh, temporary.path(), file.string());
   temporary.commit();
-}
-
-TemporaryFile::TemporaryFile(const std::filesystem::path& file) : file_(file), temporary_(file) {
-  temporary_ += std::to_string(getpid()).insert(0, 1, '.').append(".part");
-}
-
-TemporaryFile::~TemporaryFile() {
-  std::error_code ignored;
-  if (!temporary_.empty()) std::filesystem::remove(temporary_, ignored);
-}
-
-void TemporaryFile::commit() {
-  std::error_code error;
-  std::filesystem::rename(temporary_, file_, error);
-  if (error) throw RunError(file_.string() + ": could not be written: " + error.message());
-  temporary_.clear();
 }
 
 SideLookup::SideLookup(const Mesh& mesh, const std::vector<bool>& wanted) : mesh_(mesh) {
