@@ -5,21 +5,21 @@
 //   gmsh -3 loaded_block.geo -setnumber nx 10 -setnumber ny 5 -setnumber nz 8 -o loaded_block_coarse.msh   (10 x 5 x 8, 400 hexes)
 //
 // With an even number of hexes in one direction and an odd one in the other the two faces lie on either side of the middle in
-// the even direction and on it in the odd one; with two odd numbers, the middle face and the next in y; with two even ones, the
-// two around the centre line in y, on the upper side of the middle in z.
+// the even direction and on it in the odd one; with two odd numbers, the middle face and the nearest next one; with two even
+// ones, the two around the centre line in y, on the upper side of the middle in z.
 // The block is cut along x into (up to) nine bars that meet at hex faces, so that the mesh is block.geo's, whatever the cut.
 DefineConstant[ nx = 20, ny = 10, nz = 15 ];
 DefineConstant[ lx = 0.0508, ly = 0.0254, lz = 0.0381 ];
 
 SetFactory("Built-in");
 // First loaded hex and how many, in y and z.
-along_z = (nz % 2 == 0 && ny % 2 == 1);
-my = along_z ? 1 : 2;  mz = along_z ? 2 : 1;
-jy = along_z ? (ny - 1)/2 : Floor((ny - 1)/2);
-jz = along_z ? nz/2 - 1 : Floor(nz/2);
 dy = ly/ny;  dz = lz/nz;
-If (ny < 3 || nz < 3)
-  Error("loaded_block.geo: ny and nz must be at least 3");
+along_z = ((nz % 2 == 0 && ny % 2 == 1) || (nz % 2 == 1 && ny % 2 == 1 && dz < dy));
+my = along_z ? 1 : 2;  mz = along_z ? 2 : 1;
+jy = along_z ? Floor((ny - 1)/2) : Floor((ny - 1)/2);
+jz = along_z ? Floor((nz - 1)/2) : Floor(nz/2);
+If (jy < 1 || jz < 1 || ny - jy - my < 1 || nz - jz - mz < 1)
+  Error("loaded_block.geo: ny and nz must be at least 4 (3 for the odd one of an odd and an even number)");
   Abort;
 EndIf
 

@@ -97,7 +97,7 @@ TEST(Meshes, sphereIsRoundAndWellShaped) {
 TEST(Meshes, loadIsThePairInTheMiddle) {
   for (const std::string options :
        {"", "-setnumber nx 10 -setnumber ny 5 -setnumber nz 8", "-setnumber nx 2 -setnumber ny 4 -setnumber nz 4",
-        "-setnumber nx 2 -setnumber ny 3 -setnumber nz 5"}) {
+        "-setnumber nx 2 -setnumber ny 5 -setnumber nz 7"}) {
     SCOPED_TRACE(options);
     const Mesh mesh = generate("loaded_block.geo", options);
     const Index load = find_sideset(mesh, "load");
