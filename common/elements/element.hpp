@@ -34,11 +34,12 @@ Matrix element_stiffness(ElementType type, Hex8Formulation hex8, const Points& X
 // Consistent mass as n x n (the same for x, y, z).
 Matrix element_mass(ElementType type, const Points& X, double density);
 
-// Lumped mass, n, all > 0, sum rho V: row sums for linear elements, diagonal scaling (Hinton, Rock, Zienkiewicz 1976) for quadratic ones.
+// Lumped mass, n, all > 0, sum rho V: row sums for linear elements, diagonal scaling (Hinton, Rock, Zienkiewicz 1976) for quadratic
+// ones.
 Vector element_lumped_mass(ElementType type, const Points& X, double density);
 
-// Smallest Jacobian determinant over the quadrature points and corner nodes, relative to V / V_reference of the element: <= 0 means inverted
-// or degenerate, 1 a parallelepiped. Never NaN for finite X.
+// Smallest Jacobian determinant over the quadrature points and corner nodes, relative to V / V_reference of the element: <= 0 means
+// inverted or degenerate, 1 a parallelepiped. Never NaN for finite X.
 double element_quality(ElementType type, const Points& X);
 
 // Cauchy stress (xx yy zz xy yz zx) at the centroid for nodal displacements u (n x 3).
