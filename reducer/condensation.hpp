@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// K and M of the interface with the interior condensed statically, and its inertia coupling to the fixed-interface modes.
+#pragma once
+
+#include "common/linalg/sparse_cholesky.hpp"
+#include "common/report.hpp"
+#include "common/types.hpp"
+#include "reducer/partition.hpp"
+
+namespace cbr {
+
+enum class CondensationWay {
+  automatic,     // the cheaper one in flops that fits the memory
+  product,       // Psi whole, Psi^T M_II Psi as one symmetric product: n_I c^2 flops and 8 n_I c bytes
+  second_solve,  // Psi in panels, Psi^T Y = -K_CI K_II^-1 Y by another solve: 4 nnz(L) c flops, 16 n_I bytes per column of a panel
+};
+
+struct CondensationOptions {
+  double memory = 4e9;  // bytes for Psi and its companions
+  CondensationWay way = CondensationWay::automatic;
+  Index panel = 0;        // columns, 0: chosen from memory
+  bool keep_Psi = false;  // for the recovery of the interior
+};
+
+struct Condensation {
+  Matrix K_cc, M_cc;  // c x c, exactly symmetric
+  Matrix M_kc;        // k x c
+  Matrix Psi;         // n_I x c when kept, else empty
+  CondensationWay way = CondensationWay::product;
+  Index panel = 0;
+  double solve_flops = 0, product_flops = 0;
+};
+
+// Psi = -K_II^-1 K_IC; K_cc = K_CC + K_CI Psi; M_cc = M_CC + Psi^T M_IC + M_CI Psi + Psi^T M_II Psi;
+// M_kc = Phi^T (M_IC + M_II Psi)   (Craig, Bampton 1968, doi 10.2514/3.4741; the paper's Eqs 2-4). Phi: n_I x k, may have no
+// columns.
+Condensation condense(const Partition& partition, const SparseCholesky& factor, const Matrix& Phi,
+                      const CondensationOptions& options, Report& report);
+
+}  // namespace cbr

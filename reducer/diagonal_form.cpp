@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "reducer/diagonal_form.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "common/error.hpp"
+#include "common/linalg/eigenpairs.hpp"
+
+namespace cbr {
+namespace {
+
+// M^ X without forming M^ = [I M_kc; M_kc^T M_cc]   (n x m)
+Matrix times_mass(const Superelement& s, const Matrix& X) {
+  const auto X_k = X.topRows(s.k()), X_c = X.bottomRows(s.c());
+  Matrix Y(s.n(), X.cols());
+  Y.topRows(s.k()) = X_k + s.M_kc * X_c;
+  Y.bottomRows(s.c()) = s.M_kc.transpose() * X_k + s.M_cc * X_c;
+  return Y;
+}
+
+// R <- R L^-T with R^T M^ R = L L^T; twice, as the first pass leaves cond(R) times round-off.
+void orthonormalise(const Superelement& s, Matrix& R) {
+  for (int pass = 0; pass < 2; ++pass) {
+    const Eigen::LLT<Matrix> llt(R.transpose() * times_mass(s, R));
+    if (llt.info() != Eigen::Success) throw RunError("the reduced mass of the rigid motions is not positive definite");
+    llt.matrixU().solveInPlace<Eigen::OnTheRight>(R);
+  }
+}
+
+}  // namespace
+
+Matrix rigid_motions_of_parts(const Superelement& s, const std::vector<Index>& part) {
+  const Index n_parts = part.empty() ? 0 : *std::max_element(part.begin(), part.end()) + 1;
+  std::vector<Vector> columns;
+  for (Index number = 0; number < n_parts; ++number) {
+    Vector3 center = Vector3::Zero();
+    double count = 0, size = 0;
+    for (std::size_t i = 0; i < part.size(); ++i) {
+      if (part[i] == number) center += Vector3(s.coordinates.row(static_cast<Index>(i))), count += 1;
+    }
+    if (count == 0) continue;
+    center /= count;
+    for (std::size_t i = 0; i < part.size(); ++i) {
+      if (part[i] == number) size = std::max(size, (Vector3(s.coordinates.row(static_cast<Index>(i))) - center).norm());
+    }
+    // Rotations about the part's centre, scaled by its size, so that all six are of the same magnitude.
+    const Points x = (s.coordinates.rowwise() - center.transpose()) / (size > 0 ? size : 1.0);
+    const Matrix all = rigid_modes(x, Vector3::Zero());
+    Matrix R = Matrix::Zero(s.n(), 6);
+    for (Index i = 0; i < s.c(); ++i) {
+      const auto node = static_cast<std::size_t>(s.dof_node[static_cast<std::size_t>(i)]);
+      if (part[node] == number)
+        R.row(s.k() + i) = all.row(3 * s.dof_node[static_cast<std::size_t>(i)] + s.dof_component[static_cast<std::size_t>(i)]);
+    }
+    // A part that is all interface may be as small as one node of a mechanism: only independent motions count.
+    Eigen::ColPivHouseholderQR<Matrix> qr(R);
+    qr.setThreshold(1e-10);
+    for (Index j = 0; j < qr.rank(); ++j) columns.emplace_back(R.col(qr.colsPermutation().indices()(j)));
+  }
+  Matrix R(s.n(), static_cast<Index>(columns.size()));
+  for (Index j = 0; j < R.cols(); ++j) R.col(j) = columns[static_cast<std::size_t>(j)];
+  return R;
+}
+
+void add_diagonal_form(Superelement& s, const std::vector<Index>& part) {
+  const Index n = s.n();
+  Eigenpairs pairs = dense_eigenpairs(reduced_stiffness(s), reduced_mass(s), n);
+  if (!pairs.converged) {
+    throw RunError(
+        "the reduced mass matrix is not positive definite, so there is no diagonal form: keep fewer modes, or write "
+        "the superelement without it (--diagonal-limit 0)");
+  }
+  Matrix R = rigid_motions_of_parts(s, part);
+  const Index n_rigid = R.cols();
+  if (n_rigid > 0) orthonormalise(s, R);
+  fix_signs(R);
+  auto elastic = pairs.Phi.rightCols(n - n_rigid);
+  // V_e <- V_e - R (R^T M^ V_e)   (n x n_e)
+  const Matrix overlap = times_mass(s, R).transpose() * elastic;
+  elastic.noalias() -= R * overlap;
+  pairs.Phi.leftCols(n_rigid) = R;
+  // Below this the eigensolver cannot tell an eigenvalue from 0: a mechanism inside the interface.
+  const double noise = n > 0 ? 10 * std::numeric_limits<double>::epsilon() * std::abs(pairs.lambda(n - 1)) : 0.0;
+  s.omega = Vector::Zero(n);
+  for (Index j = n_rigid; j < n; ++j) s.omega(j) = pairs.lambda(j) > noise ? std::sqrt(pairs.lambda(j)) : 0.0;
+  s.V = std::move(pairs.Phi);
+}
+
+}  // namespace cbr

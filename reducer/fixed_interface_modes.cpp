@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "reducer/fixed_interface_modes.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "common/error.hpp"
+#include "common/linalg/eigenpairs.hpp"
+
+namespace cbr {
+namespace {
+
+// Two eigenvalues closer than this are one multiple eigenvalue to the inertia count.
+constexpr double relative_gap = 1e-7;
+// An LDL^T without supernodes runs at about 1 GFlop/s: a count is worth at most a minute or two.
+constexpr double affordable_flops = 1e11;
+
+// Number of eigenvalues of (K, M) below sigma; a shift that hits an eigenvalue is moved up by a hair.
+Index inertia_below(const SparseMatrix& K, const SparseMatrix& M, double sigma) {
+  for (int attempt = 0; attempt < 5; ++attempt) {
+    const Index count = negative_inertia(K - sigma * M);
+    if (count >= 0) return count;
+    sigma *= 1 + 1e-10;
+  }
+  throw RunError("the eigenvalues below (" + std::to_string(std::sqrt(sigma)) +
+                 " rad/s)^2 cannot be counted: every shift nearby meets a vanishing pivot; choose another cutoff");
+}
+
+// The highest gap in lambda that a shift fits into: index j with lambda(j) well above lambda(j - 1); 0 when there is none.
+Index last_gap(const Vector& lambda) {
+  Index j = lambda.size() - 1;
+  while (j > 0 && lambda(j) - lambda(j - 1) < relative_gap * lambda(j)) --j;
+  return j;
+}
+
+// Modes that the eigensolver missed below its last one; 0 when none is.
+Index n_missed(const Partition& p, const Vector& lambda) {
+  const Index j = last_gap(lambda);
+  const double sigma = j > 0 ? 0.5 * (lambda(j) + lambda(j - 1)) : 0.5 * lambda(0);
+  return inertia_below(p.K_II, p.M_II, sigma) - j;
+}
+
+FixedInterfaceModes dense_modes(const Partition& p, Index k) {
+  const Eigenpairs pairs = p.lumped ? dense_eigenpairs(Matrix(p.K_II), Vector(p.M_II.diagonal()), k)
+                                    : dense_eigenpairs(Matrix(p.K_II), Matrix(p.M_II), k);
+  if (!pairs.converged) throw RunError("the dense eigensolver failed on the fixed-interface modes");
+  return {pairs.lambda, pairs.Phi, pairs.method, true};
+}
+
+FixedInterfaceModes sparse_modes(const Partition& p, const SparseCholesky& factor, Index k, Report& report) {
+  const Index n = p.n_interior();
+  const bool count = 4 * factor.flops() < affordable_flops;
+  Index ncv = 0;
+  for (int attempt = 0; attempt < 3; ++attempt) {
+    Eigenpairs pairs = sparse_eigenpairs(p.K_II, p.M_II, factor, 0, k, 1e-13, ncv);
+    if (!pairs.converged) {
+      throw RunError("fixed-interface modes: " + std::to_string(pairs.n_converged) + " of " + std::to_string(k) + " converged in " +
+                     std::to_string(pairs.iterations) + " restarts of ARPACK: ask for a few more or fewer modes");
+    }
+    report.detail("ARPACK: " + std::to_string(pairs.iterations) + " restarts");
+    const bool proven = pairs.method == "lapack" || (count && n_missed(p, pairs.lambda) == 0);
+    if (proven || !count) return {std::move(pairs.lambda), std::move(pairs.Phi), pairs.method, proven};
+    // A larger Krylov space gives the lost copy of a multiple eigenvalue the round-off to grow from.
+    ncv = std::min(n, 3 * k + 40 * (attempt + 1));
+    report.detail("the inertia count found a missed mode: again with " + std::to_string(ncv) + " Lanczos vectors");
+  }
+  throw RunError(
+      "fixed-interface modes: the eigensolver misses one below the last (inertia count): ask for a few more or fewer modes");
+}
+
+}  // namespace
+
+bool dense_is_faster(Index n, Index k, double factor_nonzeros) {
+  const auto N = static_cast<double>(n), m = static_cast<double>(k);
+  // Seconds on the machine of the measurements; only their ratio counts.
+  const double dense = 1.0e-10 * N * N * N;
+  const double arpack = 2.2 * m * (4e-9 * factor_nonzeros) + 4e-9 * N * m * m;
+  return n <= 200 || 2 * k > n || dense < arpack;
+}
+
+FixedInterfaceModes fixed_interface_modes(const Partition& partition, const SparseCholesky& factor, Index k, Report& report) {
+  const Index n = partition.n_interior();
+  if (k > n) {
+    throw InputError("modes: " + std::to_string(k) + " asked for, but the interior has only " + std::to_string(n) +
+                     " dofs and so " + std::to_string(n) + " fixed-interface modes: ask for at most that many");
+  }
+  FixedInterfaceModes none{Vector(0), Matrix(n, 0), "none", true};
+  if (k == 0) return none;
+  if (dense_is_faster(n, k, factor.n_nonzeros())) return dense_modes(partition, k);
+  return sparse_modes(partition, factor, k, report);
+}
+
+Index count_modes_below(const Partition& partition, double frequency_hz) {
+  const double omega = 2 * std::numbers::pi * frequency_hz;
+  return inertia_below(partition.K_II, partition.M_II, omega * omega);
+}
+
+}  // namespace cbr

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// K_II Phi = M_II Phi Lambda, Phi^T M_II Phi = I: modes of the component with its interface held.
+#pragma once
+
+#include <string>
+
+#include "common/linalg/sparse_cholesky.hpp"
+#include "common/report.hpp"
+#include "common/types.hpp"
+#include "reducer/partition.hpp"
+
+namespace cbr {
+
+struct FixedInterfaceModes {
+  Vector lambda;        // k, (rad/s)^2, ascending
+  Matrix Phi;           // n_I x k
+  std::string method;   // none, arpack, lapack
+  bool proven = false;  // by an inertia count that no mode below the last one is missing; dense ones miss none
+};
+
+// What `method` to take for k of n_I modes. Measured: docs/decisions/eigen-crossover.md.
+bool dense_is_faster(Index n, Index k, double factor_nonzeros);
+
+// The k lowest. InputError when there are fewer than k; RunError when the eigensolver does not converge.
+FixedInterfaceModes fixed_interface_modes(const Partition& partition, const SparseCholesky& factor, Index k, Report& report);
+
+// How many there are below a frequency (Hz), by the inertia of K_II - (2 pi f)^2 M_II.
+Index count_modes_below(const Partition& partition, double frequency_hz);
+
+}  // namespace cbr

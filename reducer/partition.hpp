@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Interior and interface: which dofs are kept, and the blocks of K and M that follow.
+#pragma once
+
+#include <vector>
+
+#include "common/assembly.hpp"
+#include "common/mesh/mesh.hpp"
+#include "common/types.hpp"
+
+namespace cbr {
+
+// I: interior, C: interface; both in the order of the model's nodes, each node's x, y, z together.
+struct Partition {
+  std::vector<Index> interior_nodes, interface_nodes;  // model nodes (rows of FiniteElementModel::nodes), ascending
+  SparseMatrix K_II, K_IC, K_CC;                       // n_I x n_I, n_I x c, c x c
+  SparseMatrix M_II, M_IC, M_CC;
+  bool lumped = false;  // M is diagonal: M_IC = 0
+
+  Index n_interior() const { return 3 * static_cast<Index>(interior_nodes.size()); }
+  Index n_interface() const { return 3 * static_cast<Index>(interface_nodes.size()); }
+};
+
+// The model nodes of the named sidesets and nodesets, ascending and unique. InputError: a name that the mesh does not have, a
+// set without nodes or with a node that no volume element uses, no name at all.
+std::vector<Index> interface_nodes(const Mesh& mesh, const FiniteElementModel& model, const std::vector<std::string>& sets);
+
+Partition partition(const FiniteElementModel& model, const std::vector<Index>& interface_nodes);
+
+// Per model node the number (from 0) of the connected part of the mesh that it belongs to: elements that share a node are
+// connected.
+std::vector<Index> connected_parts(const Mesh& mesh, const FiniteElementModel& model);
+
+// K_II is singular where a part's interior can move as a rigid body against its interface nodes. InputError naming the part by
+// a node id, what it lacks (no interface node; fewer than three that are not on one line) and the cure.
+void check_interface_holds(const Mesh& mesh, const FiniteElementModel& model, const Partition& partition,
+                           const std::vector<Index>& parts);
+
+// Dofs (n_I or c) of a list of model nodes.
+std::vector<Index> dofs_of(const std::vector<Index>& nodes);
+
+}  // namespace cbr

@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "reducer/reduce.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+#include "common/error.hpp"
+#include "reducer/diagonal_form.hpp"
+#include "reducer/fixed_interface_modes.hpp"
+#include "reducer/interface_sets.hpp"
+#include "reducer/partition.hpp"
+
+namespace cbr {
+namespace {
+
+// Candidates for pick: participation (docs/decisions/reduction.md).
+constexpr Index least_candidates = 800, candidates_per_mode = 4;
+constexpr double singular_pivot = 1e-14, doubtful_pivot = 1e-11;
+
+double half_of_memory() {
+  return 0.5 * static_cast<double>(::sysconf(_SC_PHYS_PAGES)) * static_cast<double>(::sysconf(_SC_PAGE_SIZE));
+}
+
+// What every step of one reduction works on.
+struct Reduction {
+  const Mesh& mesh;
+  const ReductionOptions& options;
+  const ReduceSettings& settings;
+  Report& report;
+  FiniteElementModel model;
+  Partition p;
+  std::vector<Index> part;  // per model node
+  ReductionFigures figures;
+};
+
+std::string node_of_interior_dof(const Reduction& r, Index dof) {
+  const Index node = r.p.interior_nodes[static_cast<std::size_t>(dof / 3)];
+  const Index id = r.mesh.node_ids[static_cast<std::size_t>(r.model.nodes[static_cast<std::size_t>(node)])];
+  return "node id " + std::to_string(id) + " in " + "xyz"[dof % 3];
+}
+
+SparseCholesky factorise(Reduction& r) {
+  const auto phase = r.report.phase("factorisation");
+  SparseCholesky factor(r.p.K_II);
+  if (r.p.n_interior() == 0) return factor;
+  if (!factor.ok() || factor.smallest_pivot() < singular_pivot) {
+    throw InputError(
+        "the stiffness of the interior is singular at " + node_of_interior_dof(r, factor.weakest_column()) +
+        ": a part of it can move freely, as elements do that share only an edge or a node with the rest; mend the mesh "
+        "there or put the nodes of the hinge into the interface");
+  }
+  if (factor.smallest_pivot() < doubtful_pivot) {
+    r.report.warning("the stiffness of the interior is nearly singular at " + node_of_interior_dof(r, factor.weakest_column()) +
+                     ": look there for a hinge, slivers or Poisson's ratio near 0.5; results lose digits");
+  }
+  return factor;
+}
+
+Index n_modes_wanted(const Reduction& r) {
+  if (r.options.modes.has_value() == r.options.cutoff_hz.has_value()) {
+    throw InputError(r.options.source.text() + ": exactly one of modes and cutoff_hz says how many modes are kept");
+  }
+  if (r.options.modes) {
+    if (*r.options.modes < 0) throw InputError("modes: " + std::to_string(*r.options.modes) + " found, 0 or more allowed");
+    return *r.options.modes;
+  }
+  if (!(*r.options.cutoff_hz > 0) || !std::isfinite(*r.options.cutoff_hz)) {
+    throw InputError("cutoff_hz: " + std::to_string(*r.options.cutoff_hz) + " found, a positive frequency in Hz is allowed");
+  }
+  const auto phase = r.report.phase("modes: count below cutoff");
+  return count_modes_below(r.p, *r.options.cutoff_hz);
+}
+
+FixedInterfaceModes modes_to_compute(Reduction& r, const SparseCholesky& factor) {
+  const Index wanted = n_modes_wanted(r), n_I = r.p.n_interior();
+  Index candidates = wanted;
+  if (r.options.pick == "participation") {
+    if (!r.options.modes) throw InputError("pick: participation needs `modes`: a cutoff keeps every mode below it");
+    if (wanted > 0 && wanted < n_I) candidates = std::min(n_I, std::max(candidates_per_mode * wanted, least_candidates));
+  } else if (r.options.pick != "frequency") {
+    throw InputError("pick: '" + r.options.pick + "' found, frequency or participation allowed");
+  }
+  const auto phase = r.report.phase("fixed-interface modes");
+  r.report.progress("fixed-interface modes", 0);
+  FixedInterfaceModes modes = fixed_interface_modes(r.p, factor, candidates, r.report);
+  r.report.end_progress();
+  if (r.options.cutoff_hz && wanted > 0) {
+    const double cutoff = 2 * std::numbers::pi * *r.options.cutoff_hz;
+    if (modes.lambda(wanted - 1) > cutoff * cutoff * (1 + 1e-9)) {
+      throw RunError("the eigensolver found fewer modes below the cutoff than the inertia count says: choose another cutoff");
+    }
+  }
+  r.figures.n_candidates = candidates;
+  r.figures.mode_method = modes.method;
+  r.figures.modes_proven = modes.proven;
+  return modes;
+}
+
+void keep_modes(Reduction& r, FixedInterfaceModes& modes, Condensation& condensed) {
+  if (r.options.pick != "participation" || modes.lambda.size() <= *r.options.modes) return;
+  const std::vector<Index> kept = modes_by_participation(condensed.M_kc, *r.options.modes);
+  modes.lambda = Vector(modes.lambda(kept));
+  modes.Phi = Matrix(modes.Phi(Eigen::all, kept));
+  condensed.M_kc = Matrix(condensed.M_kc(kept, Eigen::all));
+}
+
+Points coordinates_of(const Reduction& r, const std::vector<Index>& nodes) {
+  Points x(static_cast<Index>(nodes.size()), 3);
+  for (Index i = 0; i < x.rows(); ++i) {
+    x.row(i) = r.mesh.coordinates.row(r.model.nodes[static_cast<std::size_t>(nodes[static_cast<std::size_t>(i)])]);
+  }
+  return x;
+}
+
+std::vector<Index> ids_of(const Reduction& r, const std::vector<Index>& nodes) {
+  std::vector<Index> ids;
+  for (const Index i : nodes) ids.push_back(r.mesh.node_ids[static_cast<std::size_t>(r.model.nodes[static_cast<std::size_t>(i)])]);
+  return ids;
+}
+
+// Mesh node -> its place in [interface nodes; interior nodes], or -1.
+std::vector<Index> places(const Reduction& r) {
+  std::vector<Index> place(r.mesh.node_ids.size(), -1);
+  Index next = 0;
+  for (const auto* nodes : {&r.p.interface_nodes, &r.p.interior_nodes}) {
+    for (const Index i : *nodes) place[static_cast<std::size_t>(r.model.nodes[static_cast<std::size_t>(i)])] = next++;
+  }
+  return place;
+}
+
+void add_recovery(const Reduction& r, Matrix&& Psi, Matrix&& Phi, Superelement& s) {
+  Superelement::Recovery recovery;
+  recovery.node_ids = ids_of(r, r.p.interior_nodes);
+  recovery.coordinates = coordinates_of(r, r.p.interior_nodes);
+  recovery.Psi = std::move(Psi);
+  recovery.Phi = std::move(Phi);
+  const std::vector<Index> place = places(r);
+  for (const auto& block : r.mesh.blocks) {
+    if (dimension(block.type) != 3) continue;
+    recovery.blocks.push_back(block);
+    for (Index& node : recovery.blocks.back().connectivity.reshaped()) node = place[static_cast<std::size_t>(node)];
+  }
+  s.recovery.push_back(std::move(recovery));
+}
+
+void describe_interface(const Reduction& r, Superelement& s) {
+  s.node_ids = ids_of(r, r.p.interface_nodes);
+  s.coordinates = coordinates_of(r, r.p.interface_nodes);
+  for (Index i = 0; i < r.p.n_interface(); ++i) {
+    s.dof_node.push_back(i / 3);
+    s.dof_component.push_back(static_cast<int>(i % 3));
+  }
+  std::vector<Index> place = places(r);
+  for (Index& i : place) i = i < static_cast<Index>(r.p.interface_nodes.size()) ? i : -1;
+  add_interface_sets(r.mesh, place, r.options.interface_sets, s);
+}
+
+void condense_and_keep(Reduction& r, Superelement& s) {
+  FixedInterfaceModes modes;
+  Condensation condensed;
+  {
+    const SparseCholesky factor = factorise(r);
+    r.figures.factor_nonzeros = factor.n_nonzeros();
+    r.figures.factor_flops = factor.flops();
+    modes = modes_to_compute(r, factor);
+    CondensationOptions options;
+    options.memory = r.settings.memory > 0 ? r.settings.memory : half_of_memory();
+    options.way = r.settings.way;
+    options.panel = r.settings.panel;
+    options.keep_Psi = r.options.recovery;
+    const auto phase = r.report.phase("condensation");
+    condensed = condense(r.p, factor, modes.Phi, options, r.report);
+  }
+  r.figures.solve_flops = condensed.solve_flops;
+  r.figures.product_flops = condensed.product_flops;
+  r.figures.way = condensed.way;
+  r.figures.panel = condensed.panel;
+  keep_modes(r, modes, condensed);
+  s.eigenvalues = modes.lambda;
+  s.K_cc = std::move(condensed.K_cc);
+  s.M_cc = std::move(condensed.M_cc);
+  s.M_kc = std::move(condensed.M_kc);
+  if (s.k() > 0) r.figures.highest_frequency = std::sqrt(s.eigenvalues.maxCoeff()) / (2 * std::numbers::pi);
+  if (r.options.recovery) add_recovery(r, std::move(condensed.Psi), std::move(modes.Phi), s);
+}
+
+void add_diagonal(const Reduction& r, Superelement& s) {
+  if (s.n() > r.settings.diagonal_limit) return;
+  const auto phase = r.report.phase("diagonal form");
+  std::vector<Index> part;
+  for (const Index node : r.p.interface_nodes) part.push_back(r.part[static_cast<std::size_t>(node)]);
+  add_diagonal_form(s, part);
+}
+
+}  // namespace
+
+std::vector<Index> modes_by_participation(const Matrix& M_kc, Index count) {
+  const Vector participation = M_kc.rowwise().squaredNorm();
+  std::vector<Index> order(static_cast<std::size_t>(M_kc.rows()));
+  std::iota(order.begin(), order.end(), Index{0});
+  std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return participation(a) > participation(b); });
+  order.resize(static_cast<std::size_t>(std::min<Index>(count, M_kc.rows())));
+  std::sort(order.begin(), order.end());
+  return order;
+}
+
+Superelement reduce(const Mesh& mesh, const std::vector<BlockProperties>& properties, MassKind mass,
+                    const ReductionOptions& options, const ReduceSettings& settings, Report& report, ReductionFigures* figures) {
+  Reduction r{mesh, options, settings, report, {}, {}, {}, {}};
+  Superelement s;
+  {
+    const auto phase = report.phase("assembly");
+    r.model = assemble(mesh, properties, mass);
+    r.p = partition(r.model, interface_nodes(mesh, r.model, options.interface_sets));
+    r.part = connected_parts(mesh, r.model);
+    Points x(static_cast<Index>(r.model.nodes.size()), 3);
+    for (Index i = 0; i < x.rows(); ++i) x.row(i) = mesh.coordinates.row(r.model.nodes[static_cast<std::size_t>(i)]);
+    s.rigid_body = rigid_body(r.model.M, x);
+    r.figures.n_dofs = r.model.K.rows();
+    r.figures.n_interior = r.p.n_interior();
+    r.model.K = SparseMatrix();
+    r.model.M = SparseMatrix();
+  }
+  check_interface_holds(mesh, r.model, r.p, r.part);
+  describe_interface(r, s);
+  condense_and_keep(r, s);
+  add_diagonal(r, s);
+  if (figures != nullptr) *figures = r.figures;
+  return s;
+}
+
+}  // namespace cbr

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// One component: from mesh and materials to its superelement.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/mesh/mesh.hpp"
+#include "common/report.hpp"
+#include "common/scene.hpp"
+#include "common/superelement.hpp"
+#include "reducer/condensation.hpp"
+
+namespace cbr {
+
+struct ReduceSettings {
+  double memory = 0;            // bytes that Psi and its companions may take, 0: half of this machine's
+  Index diagonal_limit = 6000;  // the diagonal form is stored for n up to this
+  CondensationWay way = CondensationWay::automatic;
+  Index panel = 0;
+};
+
+// What the summary tells beyond the superelement itself.
+struct ReductionFigures {
+  Index n_dofs = 0, n_interior = 0;
+  Index n_candidates = 0;        // modes computed; more than k with pick: participation
+  double highest_frequency = 0;  // Hz, of the kept fixed-interface modes; 0 without any
+  std::string mode_method;
+  bool modes_proven = false;
+  double factor_nonzeros = 0, factor_flops = 0, solve_flops = 0, product_flops = 0;
+  CondensationWay way = CondensationWay::product;
+  Index panel = 0;
+};
+
+// Fills all of the superelement but content_hash and provenance. `options`: modes or cutoff_hz, pick, interface_sets, recovery.
+// InputError: everything wrong with the mesh, the sets, the options; a singular K_II (floating or hinged interior, by node id).
+Superelement reduce(const Mesh& mesh, const std::vector<BlockProperties>& properties, MassKind mass,
+                    const ReductionOptions& options, const ReduceSettings& settings, Report& report,
+                    ReductionFigures* figures = nullptr);
+
+// Indices (ascending) of the `count` rows of M_kc with the largest |alpha_j|^2: the modes that an interface motion drives most.
+std::vector<Index> modes_by_participation(const Matrix& M_kc, Index count);
+
+}  // namespace cbr

@@ -1,0 +1,309 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "reducer/reduce.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include "common/error.hpp"
+#include "common/linalg/eigenpairs.hpp"
+#include "reducer/partition.hpp"
+#include "tests/unit/reducer/box_mesh.hpp"
+
+namespace cbr::test {
+namespace {
+
+const Material soft = {1000, 0.3, 2};
+
+ReductionOptions with_modes(std::vector<std::string> sets, Index modes) {
+  ReductionOptions options;
+  options.interface_sets = std::move(sets);
+  options.modes = modes;
+  return options;
+}
+
+Superelement reduced(const Mesh& mesh, const ReductionOptions& options, MassKind mass = MassKind::lumped,
+                     const ReduceSettings& settings = {}, ReductionFigures* figures = nullptr) {
+  Report report("test", Verbosity::quiet);
+  return reduce(mesh, properties(mesh, soft), mass, options, settings, report, figures);
+}
+
+Mesh skewed(std::array<Index, 3> n = {5, 4, 3}) { return box_mesh({n, {5, 4, 3}, {1, 2, 3}, 0.08}); }
+
+Vector full_eigenvalues(const Mesh& mesh, MassKind mass) {
+  const FiniteElementModel model = assemble(mesh, properties(mesh, soft), mass);
+  return dense_eigenpairs(Matrix(model.K), Matrix(model.M), model.K.rows()).lambda;
+}
+
+Vector reduced_eigenvalues(const Superelement& s) { return dense_eigenpairs(reduced_stiffness(s), reduced_mass(s), s.n()).lambda; }
+
+double relative(const Matrix& A, const Matrix& B) { return (A - B).cwiseAbs().maxCoeff() / B.cwiseAbs().maxCoeff(); }
+
+std::string message_of(const Mesh& mesh, const ReductionOptions& options) {
+  try {
+    reduced(mesh, options);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "no InputError";
+}
+
+class BothMasses : public testing::TestWithParam<MassKind> {};
+INSTANTIATE_TEST_SUITE_P(Reduce, BothMasses, testing::Values(MassKind::lumped, MassKind::consistent));
+
+TEST_P(BothMasses, AllModesGiveTheFullModel) {
+  const Mesh mesh = skewed({3, 3, 2});
+  const Vector full = full_eigenvalues(mesh, GetParam());
+  for (const char* set : {"x_max", "surface", "z_min"}) {
+    const Index n_I = full.size() - 3 * static_cast<Index>(set_nodes(mesh, set).size());
+    const Superelement s = reduced(mesh, with_modes({set}, n_I), GetParam());
+    EXPECT_EQ(s.n(), full.size());
+    const Vector lambda = reduced_eigenvalues(s);
+    for (Index j = 6; j < full.size(); ++j) EXPECT_NEAR(lambda(j), full(j), 1e-9 * full(j)) << set << " " << j;
+    EXPECT_LT(lambda.head(6).cwiseAbs().maxCoeff(), 1e-12 * full(full.size() - 1));
+  }
+}
+
+TEST_P(BothMasses, FrequenciesFallToTheFullOnesWithTheNumberOfModes) {
+  const Mesh mesh = skewed();
+  const Vector full = full_eigenvalues(mesh, GetParam()).segment(6, 12);
+  Vector before = Vector::Constant(12, INFINITY), first;
+  for (const Index k : {Index{0}, Index{5}, Index{10}, Index{20}, Index{40}}) {
+    const Vector lambda = reduced_eigenvalues(reduced(mesh, with_modes({"x_max"}, k), GetParam())).segment(6, 12);
+    EXPECT_TRUE((lambda.array() <= before.array() * (1 + 1e-10)).all()) << k;
+    EXPECT_TRUE((lambda.array() >= full.array() * (1 - 1e-10)).all()) << k;
+    before = lambda;
+    if (k == 0) first = lambda;
+  }
+  EXPECT_LT((before - full)(0), 0.02 * (first - full)(0));
+}
+
+TEST_P(BothMasses, RigidMotionsAreFreeOfForceAndCarryTheMass) {
+  const Mesh mesh = skewed();
+  const Superelement s = reduced(mesh, with_modes({"x_max", "y_min"}, 7), GetParam());
+  const Matrix R = reduced_rigid_modes(s, s.rigid_body.center);
+  EXPECT_LT((reduced_stiffness(s) * R).cwiseAbs().maxCoeff(), 1e-12 * s.K_cc.cwiseAbs().maxCoeff() * R.cwiseAbs().maxCoeff());
+  const Matrix m = R.transpose() * reduced_mass(s) * R;
+  EXPECT_LT(relative(m.topLeftCorner(3, 3), s.rigid_body.mass * Matrix3::Identity()), 1e-12);
+  EXPECT_LT(relative(m.bottomRightCorner(3, 3), s.rigid_body.inertia), 1e-12);
+  EXPECT_LT(m.topRightCorner(3, 3).cwiseAbs().maxCoeff(), 1e-12 * m.cwiseAbs().maxCoeff());
+}
+
+TEST_P(BothMasses, WaysOfCondensationAgree) {
+  const Mesh mesh = skewed();
+  ReductionOptions options = with_modes({"x_max", "z_max"}, 12);
+  ReduceSettings product, solve, memory;
+  product.way = CondensationWay::product;
+  solve.way = CondensationWay::second_solve;
+  solve.panel = 17;
+  memory.memory = 3000;
+  const Superelement a = reduced(mesh, options, GetParam(), product), b = reduced(mesh, options, GetParam(), solve);
+  ReductionFigures figures;
+  const Superelement c = reduced(mesh, options, GetParam(), memory, &figures);
+  EXPECT_EQ(figures.way, CondensationWay::second_solve);
+  EXPECT_EQ(figures.panel, 1);
+  for (const Superelement* other : {&b, &c}) {
+    EXPECT_LT(relative(other->K_cc, a.K_cc), 1e-14);
+    EXPECT_LT(relative(other->M_cc, a.M_cc), 1e-13);
+    EXPECT_LT(relative(other->M_kc, a.M_kc), 1e-13);
+  }
+  for (const Superelement* s : {&a, &b}) {
+    EXPECT_EQ(s->K_cc, Matrix(s->K_cc.transpose()));
+    EXPECT_EQ(s->M_cc, Matrix(s->M_cc.transpose()));
+  }
+}
+
+TEST_P(BothMasses, AgreesWithTheTransformedFullMatrices) {
+  // K^ = T^T K T, M^ = T^T M T with T = [Phi Psi; 0 I] from the recovery data.
+  const Mesh mesh = skewed();
+  ReductionOptions options = with_modes({"x_max"}, 9);
+  options.recovery = true;
+  const Superelement s = reduced(mesh, options, GetParam());
+  const FiniteElementModel model = assemble(mesh, properties(mesh, soft), GetParam());
+  const Partition p = partition(model, interface_nodes(mesh, model, {"x_max"}));
+  ASSERT_EQ(s.recovery.size(), 1u);
+  const Matrix &Psi = s.recovery[0].Psi, &Phi = s.recovery[0].Phi;
+  Matrix T = Matrix::Zero(model.K.rows(), s.n());
+  const std::vector<Index> I = dofs_of(p.interior_nodes), C = dofs_of(p.interface_nodes);
+  T(I, Eigen::seqN(0, s.k())) = Phi;
+  T(I, Eigen::seqN(s.k(), s.c())) = Psi;
+  T(C, Eigen::seqN(s.k(), s.c())) = Matrix::Identity(s.c(), s.c());
+  EXPECT_LT(relative(T.transpose() * (model.K * T), reduced_stiffness(s)), 1e-12);
+  EXPECT_LT(relative(T.transpose() * (model.M * T), reduced_mass(s)), 1e-12);
+  // From K_II Phi = M_II Phi Lambda:  M_kc = Phi^T M_IC - Lambda^-1 Phi^T K_IC
+  const Matrix other = Phi.transpose() * p.M_IC - s.eigenvalues.cwiseInverse().asDiagonal() * (Phi.transpose() * p.K_IC);
+  EXPECT_LT(relative(other, s.M_kc), 1e-11);
+  EXPECT_LT((p.K_II * Psi + p.K_IC).norm(), 1e-13 * p.K_IC.norm());
+}
+
+TEST_P(BothMasses, DiagonalFormIsOrthonormalWithExactRigidModes) {
+  const Mesh mesh = skewed();
+  const Superelement s = reduced(mesh, with_modes({"x_max"}, 15), GetParam());
+  ASSERT_TRUE(s.has_diagonal_form());
+  const Matrix M = reduced_mass(s), K = reduced_stiffness(s);
+  EXPECT_LT((s.V.transpose() * M * s.V - Matrix::Identity(s.n(), s.n())).cwiseAbs().maxCoeff(), 1e-12);
+  const Vector lambda = s.omega.cwiseAbs2();
+  EXPECT_LT((s.V.transpose() * K * s.V - Matrix(lambda.asDiagonal())).cwiseAbs().maxCoeff(), 1e-11 * lambda.maxCoeff());
+  EXPECT_EQ(s.omega.head(6), Vector::Zero(6));
+  EXPECT_GT(s.omega(6), 0);
+  EXPECT_TRUE(std::is_sorted(s.omega.begin(), s.omega.end()));
+  // The first six columns span the rigid motions exactly.
+  EXPECT_EQ(s.V.topLeftCorner(s.k(), 6).cwiseAbs().maxCoeff(), 0);
+  const Matrix R = reduced_rigid_modes(s, s.rigid_body.center);
+  const Matrix back = s.V.leftCols(6) * (s.V.leftCols(6).transpose() * (M * R));
+  EXPECT_LT(relative(back, R), 1e-13);
+  check(s, "test");
+}
+
+TEST(Reduce, CutoffKeepsEveryModeBelowIt) {
+  const Mesh mesh = skewed();
+  const Superelement all = reduced(mesh, with_modes({"x_max"}, 40));
+  const auto hz = [&](double lambda) { return std::sqrt(lambda) / (2 * M_PI); };
+  ReductionOptions options = with_modes({"x_max"}, 0);
+  options.modes.reset();
+  options.cutoff_hz = 0.5 * (hz(all.eigenvalues(20)) + hz(all.eigenvalues(21)));
+  EXPECT_EQ(reduced(mesh, options).k(), 21);
+  options.cutoff_hz = 0.5 * hz(all.eigenvalues(0));
+  EXPECT_EQ(reduced(mesh, options).k(), 0);
+}
+
+TEST(Reduce, ACubeLosesNoCopyOfItsMultipleModes) {
+  // 6 x 6 x 6 elements held all around: 375 interior dofs in threefold and twofold families, found by ARPACK.
+  const Mesh mesh = box_mesh({{6, 6, 6}, {1, 1, 1}, {0, 0, 0}, 0});
+  const Index k = 30;
+  ReductionFigures figures;
+  const Superelement s = reduced(mesh, with_modes({"surface"}, k), MassKind::lumped, {}, &figures);
+  EXPECT_TRUE(figures.modes_proven);
+  const FiniteElementModel model = assemble(mesh, properties(mesh, soft), MassKind::lumped);
+  const Partition p = partition(model, interface_nodes(mesh, model, {"surface"}));
+  const Vector dense = dense_eigenpairs(Matrix(p.K_II), Vector(p.M_II.diagonal()), k).lambda;
+  EXPECT_LT((s.eigenvalues - dense).cwiseAbs().maxCoeff(), 1e-10 * dense(0));
+}
+
+TEST(Reduce, ParticipationPicksTheModesThatTheInterfaceDrives) {
+  const Mesh mesh = skewed();
+  ReductionOptions options = with_modes({"x_max"}, 10);
+  const Superelement lowest = reduced(mesh, options);
+  options.pick = "participation";
+  const Superelement picked = reduced(mesh, options);
+  ASSERT_EQ(picked.k(), 10);
+  EXPECT_GT(picked.M_kc.squaredNorm(), lowest.M_kc.squaredNorm());
+  EXPECT_TRUE(std::is_sorted(picked.eigenvalues.begin(), picked.eigenvalues.end()));
+  options.pick = "frequency";
+  options.modes = 180;
+  const Superelement all = reduced(mesh, options);
+  // No mode left out among the candidates has more participation than one that was kept.
+  const std::vector<Index> kept = modes_by_participation(all.M_kc, 10);
+  const Vector participation = all.M_kc.rowwise().squaredNorm();
+  double least = INFINITY;
+  for (const Index j : kept) least = std::min(least, participation(j));
+  EXPECT_EQ((participation.array() >= least).count(), 10);
+}
+
+TEST(Reduce, NoModesIsStaticCondensation) {
+  const Mesh mesh = skewed();
+  const Superelement s = reduced(mesh, with_modes({"z_max"}, 0));
+  EXPECT_EQ(s.k(), 0);
+  // K_cc is the Schur complement: a load on the interface gives the full model's displacement there.
+  const FiniteElementModel model = assemble(mesh, properties(mesh, soft), MassKind::lumped);
+  const Partition p = partition(model, interface_nodes(mesh, model, {"z_max"}));
+  const Matrix K_cc = Matrix(p.K_CC) - Matrix(p.K_IC).transpose() * Matrix(p.K_II).ldlt().solve(Matrix(p.K_IC));
+  EXPECT_LT(relative(s.K_cc, K_cc), 1e-12);
+  EXPECT_TRUE(s.has_diagonal_form());
+}
+
+TEST(Reduce, AllNodesOnTheInterface) {
+  const Mesh mesh = box_mesh({{1, 1, 3}, {1, 1, 3}, {0, 0, 0}, 0.05});
+  const Superelement s = reduced(mesh, with_modes({"surface"}, 0));
+  const FiniteElementModel model = assemble(mesh, properties(mesh, soft), MassKind::lumped);
+  EXPECT_EQ(s.K_cc, Matrix(model.K));
+  EXPECT_EQ(s.M_cc, Matrix(model.M));
+  EXPECT_EQ(s.surfaces.size(), 7u);
+  EXPECT_NE(message_of(mesh, with_modes({"surface"}, 1)).find("only 0"), std::string::npos);
+}
+
+TEST(Reduce, KeepsTheSetsInsideTheInterface) {
+  const Mesh mesh = skewed();
+  const Superelement s = reduced(mesh, with_modes({"surface"}, 2));
+  ASSERT_EQ(s.surfaces.size(), 7u);
+  EXPECT_EQ(s.surfaces[1].name, "x_max");
+  EXPECT_EQ(s.nodesets.size(), 2u);
+  const Superelement face = reduced(mesh, with_modes({"x_min"}, 2));
+  ASSERT_EQ(face.surfaces.size(), 1u);
+  EXPECT_EQ(face.surfaces[0].name, "x_min");
+  EXPECT_EQ(face.nodesets.size(), 2u);  // corner and edge lie on x_min
+  // Faces point outwards: normal against the direction to the centre.
+  for (Index f = 0; f < face.surfaces[0].n_faces(); ++f) {
+    const auto at = [&](Index a) { return Vector3(face.coordinates.row(face.surfaces[0].faces(f, a))); };
+    const Vector3 normal = (at(2) - at(0)).cross(at(3) - at(1));
+    EXPECT_GT(normal.dot(at(0) - face.rigid_body.center), 0);
+  }
+}
+
+TEST(Reduce, TwoPartsHaveTwelveRigidModes) {
+  const Mesh mesh = both(box_mesh({{2, 2, 3}, {2, 2, 3}, {0, 0, 0}, 0}), box_mesh({{2, 3, 2}, {2, 3, 2}, {5, 0, 0}, 0}));
+  const Superelement s = reduced(mesh, with_modes({"x_max", "x_min_2"}, 6));
+  EXPECT_EQ(s.omega.head(12), Vector::Zero(12));
+  EXPECT_GT(s.omega(12), 1e-3 * s.omega.maxCoeff());
+  const Matrix M = reduced_mass(s);
+  EXPECT_LT((s.V.transpose() * M * s.V - Matrix::Identity(s.n(), s.n())).cwiseAbs().maxCoeff(), 1e-12);
+}
+
+TEST(Reduce, RefusesAnInteriorThatCanMoveFreely) {
+  const Mesh mesh = skewed();
+  EXPECT_NE(message_of(mesh, with_modes({"corner"}, 1)).find("has 1 node on the part"), std::string::npos);
+  const Mesh straight = box_mesh({});
+  EXPECT_NE(message_of(straight, with_modes({"edge"}, 1)).find("not three that are off one line"), std::string::npos);
+  const Mesh two = both(mesh, box_mesh({{2, 2, 2}, {1, 1, 1}, {50, 0, 0}, 0}));
+  EXPECT_NE(message_of(two, with_modes({"x_max"}, 1)).find("node id 100007"), std::string::npos);
+  EXPECT_NE(message_of(two, with_modes({"x_max"}, 1)).find("not connected to the interface"), std::string::npos);
+}
+
+TEST(Reduce, RefusesAHingeInTheInterior) {
+  // A second block that hangs on an edge of the first: it can swing about it.
+  Mesh mesh = both(box_mesh({{2, 2, 2}, {2, 2, 2}, {0, 0, 0}, 0}), box_mesh({{2, 2, 2}, {2, 2, 2}, {2, 2, 0}, 0}));
+  const Index n = 27;
+  for (Index& node : mesh.blocks[1].connectivity.reshaped()) {
+    const Vector3 x = mesh.coordinates.row(node);
+    if (x(0) == 2 && x(1) == 2) node = 2 + 3 * (2 + 3 * static_cast<Index>(x(2)));
+  }
+  ASSERT_LT(mesh.blocks[1].connectivity.minCoeff(), n);
+  const std::string message = message_of(mesh, with_modes({"x_min"}, 3));
+  EXPECT_NE(message.find("singular at node id "), std::string::npos) << message;
+}
+
+TEST(Reduce, RefusesWrongOptions) {
+  const Mesh mesh = skewed();
+  EXPECT_NE(message_of(mesh, with_modes({"nonsense"}, 1)).find("x_max"), std::string::npos);
+  EXPECT_NE(message_of(mesh, with_modes({}, 1)).find("no interface"), std::string::npos);
+  EXPECT_NE(message_of(mesh, with_modes({"x_max"}, 100000)).find("at most that many"), std::string::npos);
+  ReductionOptions options = with_modes({"x_max"}, 3);
+  options.cutoff_hz = 1;
+  EXPECT_NE(message_of(mesh, options).find("exactly one"), std::string::npos);
+  options.modes.reset();
+  options.pick = "participation";
+  EXPECT_NE(message_of(mesh, options).find("participation"), std::string::npos);
+}
+
+TEST(Reduce, TwoRunsWriteTheSameBytes) {
+  const Mesh mesh = skewed();
+  std::string bytes[2];
+  for (auto& content : bytes) {
+    const auto file = std::filesystem::temp_directory_path() / ("cbr-same-bytes-" + std::to_string(::getpid()) + ".cbr.h5");
+    write_superelement(reduced(mesh, with_modes({"x_max"}, 12)), file);
+    std::ifstream stream(file, std::ios::binary);
+    content.assign(std::istreambuf_iterator<char>(stream), {});
+    std::filesystem::remove(file);
+  }
+  EXPECT_FALSE(bytes[0].empty());
+  EXPECT_TRUE(bytes[0] == bytes[1]);
+}
+
+}  // namespace
+}  // namespace cbr::test
