@@ -180,10 +180,11 @@ Neighbours find_neighbours(const Mesh& mesh, const FiniteElementModel& model) {
   return neighbours;
 }
 
-// Zeros at 3 x 3 blocks for each pair of neighbours (full), or at their diagonals only.
-SparseMatrix zero_matrix(const Neighbours& neighbours, bool full) {
+// Zeros at 3 x 3 blocks for each pair of neighbours (full), or at their diagonals only. Into an argument, because Eigen 3.4 copies
+// a sparse matrix that is returned and assigned.
+void set_pattern(const Neighbours& neighbours, bool full, SparseMatrix& A) {
   const Index n = static_cast<Index>(neighbours.start.size()) - 1, height = full ? 3 : 1;
-  SparseMatrix A(3 * n, 3 * n);
+  A.resize(3 * n, 3 * n);
   A.resizeNonZeros(3 * height * static_cast<Index>(neighbours.list.size()));
   Index* outer = A.outerIndexPtr();
   Index* inner = A.innerIndexPtr();
@@ -194,7 +195,6 @@ SparseMatrix zero_matrix(const Neighbours& neighbours, bool full) {
         for (Index a = 0; a < height; ++a) *inner++ = 3 * neighbours.begin(i)[k] + (full ? a : c);
     }
   std::fill(A.valuePtr(), A.valuePtr() + A.nonZeros(), 0.0);
-  return A;
 }
 
 struct ElementMatrices {
@@ -269,9 +269,9 @@ FiniteElementModel assemble(const Mesh& mesh, const std::vector<BlockProperties>
     throw InputError("the mesh has no volume elements (hexes, tetrahedra, wedges, pyramids): there is nothing to compute");
 
   const Neighbours neighbours = find_neighbours(mesh, model);
-  model.K = zero_matrix(neighbours, true);
+  set_pattern(neighbours, true, model.K);
   if (mass == MassKind::consistent) {
-    model.M = zero_matrix(neighbours, false);
+    set_pattern(neighbours, false, model.M);
   } else {
     model.M.resize(model.K.rows(), model.K.rows());
     model.M.setIdentity();

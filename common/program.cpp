@@ -154,6 +154,8 @@ int run_program(CLI::App& app, int argc, char** argv, const std::function<void()
   return finish(program, run_body(program, body));
 }
 
+std::ostream* filter_output() { return ::isatty(STDOUT_FILENO) == 1 ? nullptr : &std::cout; }
+
 const char* version() { return CBR_VERSION; }
 
 }  // namespace cbr

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <iosfwd>
 #include <string>
 
 #include "common/report.hpp"
@@ -27,6 +28,9 @@ int n_threads();
 
 // Parses, runs `body`, maps the outcome to the exit code: 0 done, 1 RunError or an unexpected exception, 2 InputError or usage.
 int run_program(CLI::App& app, int argc, char** argv, const std::function<void()>& body);
+
+// Where a filter hands its scene on: stdout, or null when that is a terminal.
+std::ostream* filter_output();
 
 const char* version();  // "0.1.0"
 

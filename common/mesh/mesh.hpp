@@ -51,6 +51,9 @@ struct Mesh {
 // missing, truncated, an element type that is not supported, a side of no element, a repeated id.
 Mesh read_mesh(const std::filesystem::path& file);
 
+// Whether the suffix is one that read_mesh and write_mesh know.
+bool is_mesh_name(const std::filesystem::path& file);
+
 // Writes by suffix: .msh (4.1, text) or .exo .e .g (Exodus II, netCDF 64-bit offset). The same mesh gives the same bytes. To a
 // temporary name, renamed when whole. A .msh file cannot hold sides of shells, and gives a block of shells that lies on solids
 // back as a sideset unless its name begins with "skin.".

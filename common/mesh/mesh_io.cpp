@@ -12,7 +12,7 @@
 namespace cbr {
 namespace {
 
-enum class Format { gmsh, exodus };
+enum class Format { none, gmsh, exodus };
 
 Format format_of(const std::filesystem::path& file) {
   std::string suffix = file.extension().string();
@@ -20,8 +20,15 @@ Format format_of(const std::filesystem::path& file) {
   if (suffix == ".msh") return Format::gmsh;
   for (const char* known : {".exo", ".e", ".g", ".ncf", ".nc4", ".nc", ".exoii", ".ex2"})
     if (suffix == known) return Format::exodus;
-  throw InputError(file.string() + ": a mesh's name ends in .msh (gmsh) or .exo .e .g .ncf .nc4 (Exodus II), not in '" + suffix +
-                   "'");
+  return Format::none;
+}
+
+Format known_format(const std::filesystem::path& file) {
+  const Format format = format_of(file);
+  if (format == Format::none)
+    throw InputError(file.string() + ": a mesh's name ends in .msh (gmsh) or .exo .e .g .ncf .nc4 (Exodus II), not in '" +
+                     file.extension().string() + "'");
+  return format;
 }
 
 std::array<Index, 4> key_of(const std::vector<Index>& corners) {
@@ -46,8 +53,10 @@ std::vector<Index> corners_of(const Mesh& mesh, const Side& side) {
 
 }  // namespace
 
+bool is_mesh_name(const std::filesystem::path& file) { return format_of(file) != Format::none; }
+
 Mesh read_mesh(const std::filesystem::path& file) {
-  const Format format = format_of(file);
+  const Format format = known_format(file);
   std::error_code error;
   if (!std::filesystem::exists(file, error)) throw InputError(file.string() + ": no such file: give the path of a mesh");
   if (!std::filesystem::is_regular_file(file, error)) throw InputError(file.string() + ": is not a file: give the path of a mesh");
@@ -58,7 +67,7 @@ Mesh read_mesh(const std::filesystem::path& file) {
 }
 
 void write_mesh(const Mesh& mesh, const std::filesystem::path& file) {
-  const Format format = format_of(file);
+  const Format format = known_format(file);
   check_mesh(mesh, file.string());
   TemporaryFile temporary(file);
   format == Format::gmsh ? write_gmsh(mesh, temporary.path(), file.string()) : write_exodus(mesh, temporary.path(), file.string());

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "skinner/command.hpp"
+
+#include "common/error.hpp"
+#include "common/scene.hpp"
+#include "skinner/skin.hpp"
+
+namespace cbr {
+namespace {
+
+void write(const SkinnedMesh& skinned, const std::filesystem::path& file, Report& report) {
+  {
+    const auto phase = report.phase("writing the mesh");
+    write_mesh(skinned.mesh, file);
+  }
+  for (const auto& note : skinned.notes) report.line(note);
+  for (const auto& block : skinned.blocks)
+    report.line(block.name + ": " + std::to_string(block.n_shells) + " shells (" + std::string(name(block.kind)) + ") on " +
+                std::to_string(block.n_nodes) + " nodes");
+  report.line("written: " + file.string() + ", " + std::to_string(skinned.mesh.coordinates.rows()) + " nodes, " +
+              std::to_string(skinned.mesh.blocks.size()) + " blocks");
+  report.timings();
+}
+
+void skin_a_mesh(const SkinCommand& command, Report& report) {
+  if (command.sidesets.empty()) throw InputError(command.input + ": which sidesets? Give --sideset NAME, once for each");
+  if (command.output.empty()) throw InputError(command.input + ": where to? Give -o FILE.msh or -o FILE.exo");
+  SkinnedMesh skinned;
+  {
+    const auto phase = report.phase("reading the mesh");
+    skinned.mesh = read_mesh(command.input);
+  }
+  try {
+    const auto phase = report.phase("skinning");
+    skinned = skin_mesh(std::move(skinned.mesh), command.sidesets);
+  } catch (const InputError& error) {
+    throw InputError(command.input + ": " + error.what());
+  }
+  write(skinned, command.output, report);
+}
+
+void skin_a_scene(const SkinCommand& command, std::ostream* scene_out, Report& report) {
+  if (!command.sidesets.empty())
+    throw InputError(command.input +
+                     ": --sideset goes with a mesh (.msh, .exo, .e, .g); in a scene the surfaces stand under skin: surfaces");
+  Scene scene = read_scene(command.input);
+  if (scene.skin) {
+    if (!command.output.empty()) scene.skin->mesh = std::filesystem::absolute(command.output).lexically_normal();
+    if (!is_mesh_name(scene.skin->mesh))
+      throw InputError(scene.skin->source.text() + ": skin: mesh: '" + scene.skin->mesh.filename().string() +
+                       "' found, a name that ends in .msh, .exo, .e or .g is wanted");
+    for (const auto& [name, component] : scene.components)
+      if (component.mesh.lexically_normal() == scene.skin->mesh.lexically_normal())
+        throw InputError(scene.skin->source.text() + ": skin: mesh: '" + scene.skin->mesh.filename().string() +
+                         "' is the mesh of component '" + name + "' and would be lost: give the skinned mesh another name");
+    SkinnedMesh skinned;
+    {
+      const auto phase = report.phase("reading and skinning");
+      skinned = skin_scene(scene);
+    }
+    write(skinned, scene.skin->mesh, report);
+  } else {
+    if (!command.output.empty())
+      throw InputError(command.input + ": -o was given, and the scene has no skin: add skin: to the scene");
+    report.line("the scene has no skin: handed on as it is");
+  }
+  if (scene_out != nullptr) write_scene(scene, *scene_out);
+}
+
+}  // namespace
+
+void run_skin(const SkinCommand& command, std::ostream* scene_out, Report& report) {
+  is_mesh_name(command.input) ? skin_a_mesh(command, report) : skin_a_scene(command, scene_out, report);
+}
+
+}  // namespace cbr

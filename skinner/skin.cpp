@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "skinner/skin.hpp"
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "common/error.hpp"
+#include "skinner/placed_mesh.hpp"
+
+namespace cbr {
+namespace {
+
+ElementType shell_type(FaceKind kind) {
+  switch (kind) {
+    case FaceKind::tri3:
+      return ElementType::tri3;
+    case FaceKind::quad4:
+      return ElementType::quad4;
+    case FaceKind::tri6:
+      return ElementType::tri6;
+    case FaceKind::quad8:
+      return ElementType::quad8;
+  }
+  return ElementType::quad4;
+}
+
+std::vector<std::string> sideset_names(const Mesh& mesh) {
+  std::vector<std::string> names;
+  for (const auto& set : mesh.sidesets) names.push_back(set.name);
+  return names;
+}
+
+SkinBlock add_block(Mesh& mesh, const IndexTable& faces, FaceKind kind, const std::string& name) {
+  if (find_block(mesh, name) >= 0)
+    throw InputError("the mesh has a block '" + name + "' already: it has been skinned before; start from the mesh without a skin");
+  Index id = 0, element = 0;
+  for (const auto& other : mesh.blocks) {
+    id = std::max(id, other.id);
+    for (const Index e : other.element_ids) element = std::max(element, e);
+  }
+  // In a .msh file shells and sidesets share their numbers.
+  for (const auto& set : mesh.sidesets) id = std::max(id, set.id);
+  Block block{name, id + 1, shell_type(kind), faces, {}};
+  for (Index f = 0; f < faces.rows(); ++f) block.element_ids.push_back(++element);
+  mesh.blocks.push_back(std::move(block));
+  const std::set<Index> nodes(faces.data(), faces.data() + faces.size());
+  return {name, kind, faces.rows(), static_cast<Index>(nodes.size())};
+}
+
+// What the scene says is on an instance: the surfaces to skin.
+bool is_listed(const SkinOptions& skin, const std::string& instance, const std::string& surface) {
+  return std::any_of(skin.surfaces.begin(), skin.surfaces.end(),
+                     [&](const std::string& name) { return name == surface || name == instance + "." + surface; });
+}
+
+// Nodes that the superelement of this component keeps, ascending.
+std::vector<Index> interface_nodes(const Component& component, const Mesh& mesh, const std::string& instance) {
+  if (!component.reduction)
+    throw InputError(component.source.text() + ": component '" + component.name + "' has no reduction, which instance '" +
+                     instance + "' (as: superelement) needs: add reduction: {interface: [...], modes: ...}");
+  std::set<Index> nodes;
+  for (const auto& name : component.reduction->interface_sets) {
+    try {
+      const auto set = set_nodes(mesh, name);
+      nodes.insert(set.begin(), set.end());
+    } catch (const InputError& error) {
+      throw InputError(component.reduction->source.text() + ": interface of component '" + component.name + "': " + error.what());
+    }
+  }
+  return {nodes.begin(), nodes.end()};
+}
+
+class SceneSkinner {
+ public:
+  explicit SceneSkinner(const Scene& scene) : scene_(scene), skin_(*scene.skin) {}
+
+  SkinnedMesh run() {
+    for (const auto& instance : scene_.instances) add(instance);
+    for (const auto& name : skin_.surfaces)
+      if (!found_.count(name)) refuse(name);
+    SkinnedMesh result;
+    result.mesh = std::move(system_.mesh());
+    for (const auto& [name, surface] : surfaces_)
+      for (auto& block : add_skin(result.mesh, surface, name)) result.blocks.push_back(std::move(block));
+    result.notes = std::move(notes_);
+    return result;
+  }
+
+ private:
+  void add(const Instance& instance) {
+    const Component& component = component_of(scene_, instance);
+    auto& original = meshes_[component.mesh];
+    if (original.coordinates.rows() == 0) original = read_mesh(component.mesh);
+    const Mesh placed = place(original, instance);
+    std::vector<Index> row;  // of each node of `placed` in the part, or -1
+    SystemMesh::Offsets offsets;
+    if (instance.as == InstanceKind::superelement) {
+      const auto nodes = interface_nodes(component, placed, instance.name);
+      row.assign(placed.node_ids.size(), -1);
+      for (std::size_t i = 0; i < nodes.size(); ++i) row[static_cast<std::size_t>(nodes[i])] = static_cast<Index>(i);
+      Mesh source = placed;
+      for (const auto& name : component.reduction->interface_sets)
+        if (find_nodeset(source, name) < 0) source.nodesets.push_back({name, 0, set_nodes(placed, name)});
+      offsets = system_.add(keep_nodes(source, nodes), instance.name);
+    } else {
+      for (Index i = 0; i < placed.coordinates.rows(); ++i) row.push_back(i);
+      offsets = system_.add(placed, instance.name);
+    }
+    if (offsets.nodes > 0) notes_.push_back("instance " + instance.name + ": node ids raised by " + std::to_string(offsets.nodes));
+    if (offsets.elements > 0)
+      notes_.push_back("instance " + instance.name + ": element ids raised by " + std::to_string(offsets.elements));
+    collect(instance, placed, row);
+  }
+
+  void collect(const Instance& instance, const Mesh& placed, const std::vector<Index>& row) {
+    for (const auto& set : placed.sidesets) {
+      there_are_.insert(set.name);
+      if (!is_listed(skin_, instance.name, set.name)) continue;
+      Surface surface = extract_surface(placed, set);
+      if (surface.n_faces() == 0) continue;
+      bool kept = true;
+      for (Index& node : surface.faces.reshaped()) {
+        kept = kept && row[static_cast<std::size_t>(node)] >= 0;
+        node = system_.first_node() + row[static_cast<std::size_t>(node)];
+      }
+      if (!kept) {
+        notes_.push_back("instance " + instance.name + ": surface " + set.name +
+                         " is left out, because the superelement's interface does not keep all its nodes");
+        continue;
+      }
+      found_.insert(set.name);
+      found_.insert(instance.name + "." + set.name);
+      surfaces_.emplace_back("skin." + instance.name + "." + set.name, std::move(surface));
+    }
+  }
+
+  [[noreturn]] void refuse(const std::string& name) const {
+    const std::vector<std::string> names(there_are_.begin(), there_are_.end());
+    const bool exists = there_are_.count(name) > 0;
+    throw InputError(skin_.source.text() + ": skin: surfaces: " +
+                     (exists ? "the interface of no superelement keeps all nodes of '" + name + "': add it to reduction: interface"
+                             : "no instance has a surface '" + name + "'" + nearest_name(name, names) +
+                                   " (there are: " + (names.empty() ? "none" : join(names)) + ")"));
+  }
+
+  const Scene& scene_;
+  const SkinOptions& skin_;
+  SystemMesh system_;
+  std::map<std::filesystem::path, Mesh> meshes_;
+  std::set<std::string> there_are_, found_;
+  std::vector<std::pair<std::string, Surface>> surfaces_;  // block name, faces in the system mesh
+  std::vector<std::string> notes_;
+};
+
+}  // namespace
+
+std::vector<SkinBlock> add_skin(Mesh& mesh, const Surface& surface, const std::string& block_name) {
+  if (surface.kind != FaceKind::quad4) return {add_block(mesh, surface.faces, surface.kind, block_name)};
+  std::vector<Index> triangles, quadrilaterals;
+  for (Index f = 0; f < surface.n_faces(); ++f)
+    (surface.faces(f, 2) == surface.faces(f, 3) ? triangles : quadrilaterals).push_back(f);
+  if (triangles.empty()) return {add_block(mesh, surface.faces, surface.kind, block_name)};
+  const IndexTable quads = surface.faces(quadrilaterals, Eigen::all), tris = surface.faces(triangles, Eigen::seqN(0, 3));
+  return {add_block(mesh, quads, FaceKind::quad4, block_name + "_quad4"),
+          add_block(mesh, tris, FaceKind::tri3, block_name + "_tri3")};
+}
+
+SkinnedMesh skin_mesh(Mesh mesh, const std::vector<std::string>& sidesets) {
+  SkinnedMesh result{std::move(mesh), {}, {}};
+  std::set<Index> done;
+  for (const auto& name : sidesets) {
+    const Index found = find_sideset(result.mesh, name);
+    const auto names = sideset_names(result.mesh);
+    if (found < 0)
+      throw InputError("the mesh has no sideset '" + name + "'" + nearest_name(name, names) +
+                       " (there are: " + (names.empty() ? "none" : join(names)) + ")");
+    const Sideset& set = result.mesh.sidesets[static_cast<std::size_t>(found)];
+    if (set.sides.empty()) throw InputError("sideset '" + name + "' is empty: there is nothing to skin");
+    if (!done.insert(found).second) throw InputError("sideset '" + name + "' is given twice: name each once");
+    for (auto& block : add_skin(result.mesh, extract_surface(result.mesh, set), "skin." + set.name)) result.blocks.push_back(block);
+  }
+  return result;
+}
+
+SkinnedMesh skin_scene(const Scene& scene) { return SceneSkinner(scene).run(); }
+
+}  // namespace cbr

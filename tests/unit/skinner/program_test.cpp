@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// cbr-skin as users and pipes run it.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <cstdlib>
+
+#include "common/scene.hpp"
+#include "tests/unit/common/mesh/sample_meshes.hpp"
+
+namespace cbr {
+namespace {
+
+using test::Folder;
+
+struct Outcome {
+  int code = -1;
+  std::string out, err;
+};
+
+const char* scene_text =
+    "materials:\n  steel: {youngs_modulus: 5.17e12, poissons_ratio: 0.3, density: 7836}\n"
+    "components:\n  brick: {mesh: brick.msh, material: steel, reduction: {interface: [x_max], modes: 2}}\n"
+    "instances:\n  left: {component: brick, as: superelement, position: [-3, 0, 0]}\n"
+    "  right: {component: brick, as: mesh, position: [3, 0, 0], mirror: x}\n"
+    "skin: {surfaces: [x_max], youngs_modulus: 6.9e3, poissons_ratio: 0.3, density: 0.11, thickness: 2.5e-10, mesh: s.msh}\n"
+    "time: {end: 1}\n";
+
+// A folder `work` with a mesh and a scene; what the program prints goes beside it.
+struct Here {
+  Folder folder;
+  Here() {
+    std::filesystem::create_directories(folder / "work");
+    write_mesh(test::brick(2, 1, 1), folder / "work" / "brick.msh");
+    test::write_text(folder / "work" / "a.yaml", scene_text);
+  }
+  Outcome skin(const std::string& arguments) {
+    const std::string work = (folder / "work").string(), out = (folder / "out").string(), err = (folder / "err").string();
+    const int status =
+        std::system(("cd '" + work + "' && " CBR_SKIN " " + arguments + " > '" + out + "' 2> '" + err + "'").c_str());
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, test::read_text(out), test::read_text(err)};
+  }
+  std::filesystem::path operator/(const std::string& name) const { return folder / "work" / name; }
+  std::size_t n_files() const {
+    return static_cast<std::size_t>(
+        std::distance(std::filesystem::directory_iterator(folder / "work"), std::filesystem::directory_iterator()));
+  }
+};
+
+TEST(SkinProgram, skinsAMesh) {
+  Here here;
+  for (const char* arguments :
+       {"brick.msh --sideset x_max --sideset x_min -o s.exo", "--sideset x_max brick.msh --sideset x_min -o s.exo"}) {
+    const Outcome outcome = here.skin(arguments);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(outcome.out, "");
+    const Mesh mesh = read_mesh(here / "s.exo");
+    EXPECT_GE(find_block(mesh, "skin.x_max"), 0);
+    EXPECT_GE(find_block(mesh, "skin.x_min"), 0);
+    EXPECT_EQ(here.n_files(), 3U);
+  }
+  EXPECT_EQ(here.skin("--quiet brick.msh --sideset x_max -o s.msh").err, "");
+}
+
+TEST(SkinProgram, isAFilterOfScenes) {
+  Here here;
+  const Outcome from_file = here.skin("a.yaml");
+  EXPECT_EQ(from_file.code, 0) << from_file.err;
+  EXPECT_NE(from_file.err.find("skin.right.x_max: 1 shells (quad4) on 4 nodes"), std::string::npos) << from_file.err;
+  const std::string mesh = test::read_text(here / "s.msh");
+  const Outcome from_stdin = here.skin("- < a.yaml");
+  EXPECT_EQ(from_stdin.code, 0) << from_stdin.err;
+  EXPECT_EQ(from_file.out, from_stdin.out);
+  EXPECT_EQ(mesh, test::read_text(here / "s.msh"));
+  // What comes out can go in again, anywhere.
+  test::write_text(here.folder / "moved.yaml", from_file.out);
+  const Scene scene = read_scene((here.folder / "moved.yaml").string());
+  ASSERT_TRUE(scene.skin.has_value());
+  EXPECT_EQ(std::filesystem::weakly_canonical(scene.skin->mesh), std::filesystem::weakly_canonical(here / "s.msh"));
+  EXPECT_TRUE(std::filesystem::exists(scene.components.at("brick").mesh));
+  EXPECT_EQ(here.skin("../moved.yaml").out, from_file.out);
+}
+
+TEST(SkinProgram, aSceneWithoutSkinPassesThroughAndNoMeshIsRead) {
+  Here here;
+  std::string text = scene_text;
+  text.erase(text.find("skin:"), text.find("time:") - text.find("skin:"));
+  test::write_text(here / "a.yaml", text);
+  std::filesystem::remove(here / "brick.msh");
+  const Outcome once = here.skin("a.yaml");
+  EXPECT_EQ(once.code, 0) << once.err;
+  test::write_text(here.folder / "b.yaml", once.out);
+  EXPECT_EQ(here.skin("../b.yaml").out, once.out);
+  EXPECT_EQ(here.n_files(), 1U);
+}
+
+TEST(SkinProgram, badInputIsOneLineAndLeavesNothing) {
+  Here here;
+  const auto refused = [&](const std::string& arguments, const std::string& part) {
+    const Outcome outcome = here.skin(arguments);
+    EXPECT_EQ(outcome.code, 2) << arguments;
+    EXPECT_EQ(outcome.out, "");
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+    EXPECT_EQ(outcome.err.rfind("cbr-skin: error: ", 0), 0U) << outcome.err;
+    EXPECT_NE(outcome.err.find(part), std::string::npos) << outcome.err;
+  };
+  const auto changed = [&](const std::string& old, const std::string& by) {
+    std::string text = scene_text;
+    test::write_text(here / "b.yaml", text.replace(text.find(old), old.size(), by));
+  };
+  refused("", "INPUT");
+  refused("none.yaml", "none.yaml");
+  refused("none.msh --sideset a -o b.msh", "none.msh: no such file");
+  refused("brick.msh", "--sideset");
+  refused("brick.msh --sideset x_max", "-o");
+  refused("brick.msh --sideset top -o s.msh", "x_min, x_max");
+  refused("brick.msh --sideset x_max -o s.stl", ".stl");
+  refused("brick.msh --sideset x_max -o no/such/folder/s.msh", "folder");
+  refused("a.yaml --sideset x_max", "surfaces");
+  changed("surfaces: [x_max]", "surfaces: [x_mix]");
+  refused("b.yaml", "b.yaml:8");
+  changed("mesh: s.msh", "mesh: brick.msh");
+  refused("b.yaml", "component 'brick'");
+  changed("mesh: s.msh", "mesh: s.stl");
+  refused("b.yaml", "s.stl");
+  changed("density: 0.11", "density: -0.11");
+  refused("b.yaml", "density");
+  changed("thickness: 2.5e-10", "thickness: -1");
+  refused("b.yaml", "thickness");
+  changed("brick.msh", "wall.msh");
+  refused("b.yaml", "wall.msh");
+  EXPECT_EQ(here.n_files(), 3U);  // the mesh and the two scenes
+}
+
+}  // namespace
+}  // namespace cbr
