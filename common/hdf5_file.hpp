@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// RAII over the HDF5 C library, Eigen <-> dataset. The only code that includes hdf5.h is hdf5_file.cpp.
-// Row-major in the file, without time stamps: the same contents give the same bytes.
+// RAII over the HDF5 C library, Eigen <-> dataset. hdf5.h is included by hdf5_handle.hpp, for hdf5_reader.cpp and hdf5_writer.cpp,
+// alone. Row-major in the file, without time stamps: the same contents give the same bytes.
 #pragma once
 
 #include <filesystem>

@@ -48,9 +48,9 @@ class Checker {
     fail(field, "wrong shape " + shape(a.rows(), a.cols()) + ", expected " + shape(rows, columns));
   }
 
-  void require_length(const std::string& field, std::size_t length, Index expected) const {
+  void require_length(const std::string& field, std::size_t length, Index expected, const std::string& partner) const {
     if (static_cast<Index>(length) == expected) return;
-    fail(field, "wrong length " + std::to_string(length) + ", expected " + std::to_string(expected));
+    fail(field, "wrong length " + std::to_string(length) + ", expected " + std::to_string(expected) + " as " + partner + " has");
   }
 
   template <typename Array>
@@ -102,13 +102,13 @@ class Checker {
   }
 
   void check_nodes() const {
-    require_length("/nodes/id", s_.node_ids.size(), s_.coordinates.rows());
+    require_length("/nodes/id", s_.node_ids.size(), s_.coordinates.rows(), "/nodes/coordinates");
     require_unique("/nodes/id", s_.node_ids);
     require_finite("/nodes/coordinates", s_.coordinates);
   }
 
   void check_dofs() const {
-    require_length("/dofs/component", s_.dof_component.size(), s_.c());
+    require_length("/dofs/component", s_.dof_component.size(), s_.c(), "/dofs/node");
     std::set<std::pair<Index, int>> seen;
     for (std::size_t i = 0; i < s_.dof_node.size(); ++i) {
       const int component = s_.dof_component[i];
@@ -156,8 +156,8 @@ class Checker {
     for (Index i = 0; i < surface.faces.size(); ++i) {
       require_in_range(group + "/faces", surface.faces.data()[i], static_cast<Index>(s_.node_ids.size()));
     }
-    require_length(group + "/element", surface.element.size(), surface.n_faces());
-    require_length(group + "/side", surface.side.size(), surface.n_faces());
+    require_length(group + "/element", surface.element.size(), surface.n_faces(), group + "/faces");
+    require_length(group + "/side", surface.side.size(), surface.n_faces(), group + "/faces");
     for (const int side : surface.side) {
       if (side < 1 || side > 6) fail(group + "/side", std::to_string(side) + " is no side number, allowed: 1 to 6");
     }
@@ -228,7 +228,7 @@ class Checker {
     require_finite("/recovery/Phi", recovery.Phi);
     for (const auto& block : recovery.blocks) {
       const std::string group = "/recovery/blocks, block '" + block.name + "'";
-      require_length(group + ", element_id", block.element_ids.size(), block.connectivity.rows());
+      require_length(group + ", element_id", block.element_ids.size(), block.connectivity.rows(), "connectivity");
       require_shape(group + ", connectivity", block.connectivity, block.connectivity.rows(), n_nodes(block.type));
       for (Index i = 0; i < block.connectivity.size(); ++i) {
         require_in_range(group, block.connectivity.data()[i], static_cast<Index>(s_.node_ids.size()) + n_i);

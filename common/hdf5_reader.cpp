@@ -1,227 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "common/hdf5_file.hpp"
-
-#include <fcntl.h>
-#include <hdf5.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
-#include <utility>
 
 #include "common/error.hpp"
-#include "common/output_file.hpp"
+#include "common/hdf5_file.hpp"
+#include "common/hdf5_handle.hpp"
 
 namespace cbr {
-namespace {
 
 namespace fs = std::filesystem;
-
-// An HDF5 identifier that closes itself.
-class Handle {
- public:
-  using Close = herr_t (*)(hid_t);
-  Handle() = default;
-  Handle(hid_t id, Close close) : id_(id), close_(close) {}
-  Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
-  Handle& operator=(Handle&& other) noexcept {
-    std::swap(id_, other.id_), std::swap(close_, other.close_);
-    return *this;
-  }
-  ~Handle() {
-    if (id_ >= 0) close_(id_);
-  }
-  operator hid_t() const { return id_; }
-  bool ok() const { return id_ >= 0; }
-  hid_t release() { return std::exchange(id_, -1); }
-
- private:
-  hid_t id_ = -1;
-  Close close_ = nullptr;
-};
-
-// The library prints its error stack unless told not to; the setting is per thread.
-void silence() { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }
-
-// Rows copied at once between a column-major matrix and the file's rows: 16 MB, whatever the matrix's size.
-Index panel_rows(Index columns) { return std::max<Index>(1, (Index{1} << 21) / std::max<Index>(1, columns)); }
-
-using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
-// Memory and file spaces of rows [first, first + rows) of a two-dimensional dataset.
-std::pair<Handle, Handle> panel(hid_t dataset, Index first, Index rows, Index columns) {
-  const hsize_t start[2] = {static_cast<hsize_t>(first), 0};
-  const hsize_t count[2] = {static_cast<hsize_t>(rows), static_cast<hsize_t>(columns)};
-  Handle memory(H5Screate_simple(2, count, nullptr), H5Sclose), file(H5Dget_space(dataset), H5Sclose);
-  H5Sselect_hyperslab(file, H5S_SELECT_SET, start, nullptr, count, nullptr);
-  return {std::move(memory), std::move(file)};
-}
-
-Handle string_type() {
-  Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
-  H5Tset_size(type, H5T_VARIABLE);
-  H5Tset_cset(type, H5T_CSET_UTF8);
-  return type;
-}
-
-// Creation properties without time stamps, for what `make` makes (groups, datasets, the root group).
-Handle timeless(hid_t kind) {
-  Handle properties(H5Pcreate(kind), H5Pclose);
-  H5Pset_obj_track_times(properties, false);
-  return properties;
-}
-
-}  // namespace
-
-// --- writing ---------------------------------------------------------------------------------------------------------
-
-struct Hdf5Writer::Impl {
-  TemporaryFile temporary;
-  Handle file;
-
-  explicit Impl(const fs::path& target) : temporary(target) {
-    silence();
-    Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
-    H5Pset_libver_bounds(access, H5F_LIBVER_V18, H5F_LIBVER_V18);
-    file = Handle(H5Fcreate(temporary.path().c_str(), H5F_ACC_TRUNC, timeless(H5P_FILE_CREATE), access), H5Fclose);
-    if (!file.ok()) fail("", "cannot be created");
-  }
-
-  ~Impl() {
-    if (file.ok()) abandon();
-  }
-
-  [[noreturn]] void fail(const std::string& object, const std::string& what) const {
-    const int error = errno;
-    const std::string reason = error != 0 ? std::string(": ") + std::strerror(error) : "";
-    throw RunError(temporary.target().string() + ": " + (object.empty() ? "" : object + ": ") + what + reason);
-  }
-
-  void require(bool ok, const std::string& object) const {
-    if (!ok) fail(object, "cannot be written");
-  }
-
-  // Closing writes what the library still holds, and a file that cannot be closed (disk full) stays open inside the library,
-  // which then hangs on to it until the program ends. The contents no longer matter here: let them go to /dev/null.
-  void abandon() {
-    void* driver = nullptr;
-    const int nowhere = ::open("/dev/null", O_RDWR | O_CLOEXEC);
-    if (nowhere >= 0 && H5Fget_vfd_handle(file, H5P_DEFAULT, &driver) >= 0 && driver != nullptr) {
-      ::dup2(nowhere, *static_cast<int*>(driver));
-    }
-    if (nowhere >= 0) ::close(nowhere);
-    file = Handle();
-  }
-
-  // Groups above `object`, each without time stamps.
-  void make_groups(const std::string& object) const {
-    for (auto slash = object.find('/', 1); slash != std::string::npos; slash = object.find('/', slash + 1)) {
-      make_group(object.substr(0, slash));
-    }
-  }
-
-  void make_group(const std::string& group) const {
-    if (H5Lexists(file, group.c_str(), H5P_DEFAULT) > 0) return;
-    const Handle made(H5Gcreate2(file, group.c_str(), H5P_DEFAULT, timeless(H5P_GROUP_CREATE), H5P_DEFAULT), H5Gclose);
-    require(made.ok(), group);
-  }
-
-  Handle make_dataset(const std::string& name, hid_t type, const std::vector<hsize_t>& shape) const {
-    errno = 0;
-    make_groups(name);
-    const Handle space(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr), H5Sclose);
-    Handle dataset(H5Dcreate2(file, name.c_str(), type, space, H5P_DEFAULT, timeless(H5P_DATASET_CREATE), H5P_DEFAULT), H5Dclose);
-    require(dataset.ok(), name);
-    return dataset;
-  }
-
-  // `data` is row-major, as in the file.
-  void write_whole(const std::string& name, hid_t file_type, hid_t memory_type, const std::vector<hsize_t>& shape,
-                   const void* data) const {
-    const Handle dataset = make_dataset(name, file_type, shape);
-    const bool empty = std::find(shape.begin(), shape.end(), 0) != shape.end();
-    require(empty || H5Dwrite(dataset, memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) >= 0, name);
-  }
-
-  void write_attribute(const std::string& object, const std::string& name, hid_t type, hid_t memory_type, const void* value) const {
-    errno = 0;
-    make_groups(object);
-    if (object != "/") make_group(object);
-    const Handle owner(H5Oopen(file, object.c_str(), H5P_DEFAULT), H5Oclose), space(H5Screate(H5S_SCALAR), H5Sclose);
-    const Handle attribute(H5Acreate2(owner, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
-    require(attribute.ok() && H5Awrite(attribute, memory_type, value) >= 0, object + ", attribute " + name);
-  }
-};
-
-Hdf5Writer::Hdf5Writer(const fs::path& file) : impl_(std::make_unique<Impl>(file)) {}
-Hdf5Writer::~Hdf5Writer() = default;
-
-void Hdf5Writer::write(const std::string& dataset, double value) {
-  impl_->write_whole(dataset, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, {1}, &value);
-}
-
-void Hdf5Writer::write(const std::string& dataset, const Vector& values) {
-  impl_->write_whole(dataset, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, {static_cast<hsize_t>(values.size())}, values.data());
-}
-
-void Hdf5Writer::write(const std::string& dataset, const std::vector<double>& values) {
-  impl_->write_whole(dataset, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, {values.size()}, values.data());
-}
-
-void Hdf5Writer::write(const std::string& dataset, const std::vector<Index>& values) {
-  impl_->write_whole(dataset, H5T_STD_I64LE, H5T_NATIVE_INT64, {values.size()}, values.data());
-}
-
-void Hdf5Writer::write(const std::string& dataset, const std::vector<int>& values) {
-  impl_->write_whole(dataset, H5T_STD_I64LE, H5T_NATIVE_INT, {values.size()}, values.data());
-}
-
-void Hdf5Writer::write(const std::string& dataset, const IndexTable& values) {
-  impl_->write_whole(dataset, H5T_STD_I64LE, H5T_NATIVE_INT64,
-                     {static_cast<hsize_t>(values.rows()), static_cast<hsize_t>(values.cols())}, values.data());
-}
-
-void Hdf5Writer::write(const std::string& dataset, const Points& values) {
-  impl_->write_whole(dataset, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, {static_cast<hsize_t>(values.rows()), 3}, values.data());
-}
-
-void Hdf5Writer::write(const std::string& dataset, const Matrix& values) {
-  const Handle made =
-      impl_->make_dataset(dataset, H5T_IEEE_F64LE, {static_cast<hsize_t>(values.rows()), static_cast<hsize_t>(values.cols())});
-  if (values.size() == 0) return;
-  RowMajor rows;
-  for (Index first = 0, step = panel_rows(values.cols()); first < values.rows(); first += step) {
-    rows = values.middleRows(first, std::min<Index>(step, values.rows() - first));
-    const auto [memory, file] = panel(made, first, rows.rows(), rows.cols());
-    impl_->require(H5Dwrite(made, H5T_NATIVE_DOUBLE, memory, file, H5P_DEFAULT, rows.data()) >= 0, dataset);
-  }
-}
-
-void Hdf5Writer::attribute(const std::string& object, const std::string& name, const std::string& value) {
-  const char* text = value.c_str();
-  impl_->write_attribute(object, name, string_type(), string_type(), &text);
-}
-
-void Hdf5Writer::attribute(const std::string& object, const std::string& name, Index value) {
-  impl_->write_attribute(object, name, H5T_STD_I64LE, H5T_NATIVE_INT64, &value);
-}
-
-void Hdf5Writer::attribute(const std::string& object, const std::string& name, double value) {
-  impl_->write_attribute(object, name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, &value);
-}
-
-void Hdf5Writer::commit() {
-  errno = 0;
-  // Flushed before it is closed: a flush that fails leaves the file in our hands, a close that fails does not.
-  impl_->require(H5Fflush(impl_->file, H5F_SCOPE_GLOBAL) >= 0, "");
-  if (H5Fclose(impl_->file) < 0) impl_->fail("", "cannot be written");
-  impl_->file.release();
-  impl_->temporary.commit();
-}
-
-// --- reading ---------------------------------------------------------------------------------------------------------
+using hdf5::Handle;
 
 struct Hdf5Reader::Impl {
   fs::path path;
@@ -229,7 +19,7 @@ struct Hdf5Reader::Impl {
   Handle file;
 
   explicit Impl(const fs::path& name) : path(name) {
-    silence();
+    hdf5::silence();
     std::error_code error;
     const auto status = fs::status(path, error);
     if (!fs::exists(status)) fail("no such file");
@@ -388,10 +178,10 @@ Matrix Hdf5Reader::read_matrix(const std::string& dataset) const {
   const auto extent = impl_->expect(opened, dataset, H5T_FLOAT, 2);
   Matrix values(extent[0], extent[1]);
   if (values.size() == 0) return values;
-  RowMajor rows;
-  for (Index first = 0, step = panel_rows(values.cols()); first < values.rows(); first += step) {
+  hdf5::RowMajor rows;
+  for (Index first = 0, step = hdf5::panel_rows(values.cols()); first < values.rows(); first += step) {
     rows.resize(std::min<Index>(step, values.rows() - first), values.cols());
-    const auto [memory, file] = panel(opened, first, rows.rows(), rows.cols());
+    const auto [memory, file] = hdf5::panel(opened, first, rows.rows(), rows.cols());
     if (H5Dread(opened, H5T_NATIVE_DOUBLE, memory, file, H5P_DEFAULT, rows.data()) < 0) {
       impl_->fail(dataset, "cannot be read: the file is truncated or damaged");
     }

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "common/hdf5_file.hpp"
+
+#include <gtest/gtest.h>
+
+#include "common/error.hpp"
+#include "tests/formats/temporary_folder.hpp"
+
+namespace cbr {
+namespace {
+
+using test::TemporaryFolder;
+
+TEST(Hdf5File, everyTypeComesBack) {
+  const TemporaryFolder folder;
+  const Vector vector = Vector::Random(7);
+  const Points points = Points::Random(5, 3);
+  const IndexTable table = IndexTable::Random(4, 6);
+  Hdf5Writer writer(folder / "f.h5");
+  writer.write("/a/b/c/scalar", 2.5);
+  writer.write("/vector", vector);
+  writer.write("/std", std::vector<double>{1, 2.5});
+  writer.write("/points", points);
+  writer.write("/a/table", table);
+  writer.write("/a/indices", std::vector<Index>{-1, Index{1} << 60});
+  writer.write("/a/ints", std::vector<int>{-3, 4});
+  writer.write("/none", Vector());
+  writer.write("/no rows", Matrix(0, 4));
+  writer.attribute("/a", "text", std::string("\xc3\xa9t\xc3\xa9"));
+  writer.attribute("/a", "empty", std::string());
+  writer.attribute("/new group", "number", Index{-5});
+  writer.attribute("/vector", "factor", 0.5);
+  writer.commit();
+  const Hdf5Reader reader(folder / "f.h5");
+  EXPECT_EQ(reader.read_scalar("/a/b/c/scalar"), 2.5);
+  EXPECT_EQ(reader.read_vector("/vector"), vector);
+  EXPECT_EQ(reader.read_vector("/std"), Vector((Vector(2) << 1, 2.5).finished()));
+  EXPECT_EQ(reader.read_points("/points"), points);
+  EXPECT_EQ(reader.read_index_table("/a/table"), table);
+  EXPECT_EQ(reader.read_indices("/a/indices"), (std::vector<Index>{-1, Index{1} << 60}));
+  EXPECT_EQ(reader.read_indices("/a/ints"), (std::vector<Index>{-3, 4}));
+  EXPECT_EQ(reader.read_vector("/none").size(), 0);
+  EXPECT_EQ(reader.read_matrix("/no rows").cols(), 4);
+  EXPECT_EQ(reader.read_string("/a", "text"), "\xc3\xa9t\xc3\xa9");
+  EXPECT_EQ(reader.read_string("/a", "empty"), "");
+  EXPECT_EQ(reader.read_index("/new group", "number"), -5);
+  EXPECT_EQ(reader.children("/a"), (std::vector<std::string>{"b", "indices", "ints", "table"}));
+  EXPECT_EQ(reader.attributes("/a"), (std::vector<std::string>{"empty", "text"}));
+  EXPECT_EQ(reader.shape("/points"), (std::vector<Index>{5, 3}));
+  EXPECT_TRUE(reader.has("/") && reader.has("/a/b") && reader.has("/vector"));
+  EXPECT_FALSE(reader.has("/x") || reader.has("/x/y") || reader.has("/vector/y"));
+  EXPECT_TRUE(reader.is_string("/a", "text"));
+  EXPECT_FALSE(reader.is_string("/vector", "factor") || reader.has_attribute("/a", "number"));
+}
+
+// Larger than the panels in which a column-major matrix is turned into rows.
+TEST(Hdf5File, matricesOfEveryShapeComeBack) {
+  const TemporaryFolder folder;
+  for (const auto& [rows, columns] : {std::pair<Index, Index>{1, 1}, {3, 5}, {5, 3}, {2100, 2003}, {4, 300000}, {1, 2500000}}) {
+    const Matrix A = Matrix::Random(rows, columns);
+    Hdf5Writer writer(folder / "f.h5");
+    writer.write("/A", A);
+    writer.commit();
+    EXPECT_EQ(Hdf5Reader(folder / "f.h5").read_matrix("/A"), A) << rows << " x " << columns;
+  }
+}
+
+TEST(Hdf5File, wrongQuestionsAreRefused) {
+  const TemporaryFolder folder;
+  Hdf5Writer writer(folder / "f.h5");
+  writer.write("/group/vector", Vector(Vector::Ones(3)));
+  writer.write("/ints", std::vector<Index>{1});
+  writer.attribute("/group", "text", std::string("word"));
+  writer.commit();
+  const Hdf5Reader reader(folder / "f.h5");
+  EXPECT_THROW(reader.read_vector("/group"), InputError);
+  EXPECT_THROW(reader.read_vector("/missing"), InputError);
+  EXPECT_THROW(reader.read_vector("/group/vector/below"), InputError);
+  EXPECT_THROW(reader.read_vector("/ints"), InputError);
+  EXPECT_THROW(reader.read_indices("/group/vector"), InputError);
+  EXPECT_THROW(reader.read_matrix("/group/vector"), InputError);
+  EXPECT_THROW(reader.read_scalar("/group/vector"), InputError);
+  EXPECT_THROW(reader.children("/group/vector"), InputError);
+  EXPECT_THROW(reader.children("/missing"), InputError);
+  EXPECT_THROW(reader.read_string("/group", "missing"), InputError);
+  EXPECT_THROW(reader.read_index("/group", "text"), InputError);
+  EXPECT_THROW(reader.attributes("/missing"), InputError);
+}
+
+}  // namespace
+}  // namespace cbr
