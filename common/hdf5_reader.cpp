@@ -7,6 +7,7 @@
 #include "common/error.hpp"
 #include "common/hdf5_file.hpp"
 #include "common/hdf5_handle.hpp"
+#include "common/hdf5_string_heap.hpp"
 
 namespace cbr {
 
@@ -30,6 +31,7 @@ struct Hdf5Reader::Impl {
     if (!std::ifstream(path).is_open()) fail(std::string("cannot be opened: ") + std::strerror(errno));
     if (file_size == 0) fail("is empty");
     if (H5Fis_hdf5(path.c_str()) <= 0) fail("is not an HDF5 file");
+    if (!hdf5::string_heaps_are_sound(path)) fail("cannot be read: the HDF5 file is damaged");
     Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
 #if H5_VERSION_GE(1, 10, 7)
     H5Pset_file_locking(access, false, true);  // a file is renamed when whole, never changed: locks only fail on network disks

@@ -17,6 +17,10 @@ namespace {
 namespace fs = std::filesystem;
 using hdf5::Handle;
 
+// The library would close all files once more at the end of the program, those that could not be written included; ours are
+// closed long before. To be said before its first use, by whomever: netCDF uses it as well.
+[[maybe_unused]] const bool no_exit_handler = H5dont_atexit() >= 0;
+
 Handle string_type() {
   Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
   H5Tset_size(type, H5T_VARIABLE);
@@ -59,16 +63,15 @@ struct Hdf5Writer::Impl {
     if (!ok) fail(object, "cannot be written");
   }
 
-  // Closing writes what the library still holds, and a file that cannot be closed (disk full) stays open inside the library,
-  // which then hangs on to it until the program ends. The contents no longer matter here: let them go to /dev/null.
+  // Closing would write what the library still holds, and a close that fails (disk full) leaves it with a half-closed file:
+  // the next file or the end of the program is then a segmentation fault (1.10.8). So what failed is never closed. The
+  // descriptor stays open, too: the library knows files by their inode, which must not go to another file. Its space is freed.
   void abandon() {
     void* driver = nullptr;
-    const int nowhere = ::open("/dev/null", O_RDWR | O_CLOEXEC);
-    if (nowhere >= 0 && H5Fget_vfd_handle(file, H5P_DEFAULT, &driver) >= 0 && driver != nullptr) {
-      ::dup2(nowhere, *static_cast<int*>(driver));
+    if (H5Fget_vfd_handle(file, H5P_DEFAULT, &driver) >= 0 && driver != nullptr) {
+      [[maybe_unused]] const int result = ::ftruncate(*static_cast<int*>(driver), 0);
     }
-    if (nowhere >= 0) ::close(nowhere);
-    file = Handle();
+    file.release();
   }
 
   // Groups above `object`, each without time stamps.
@@ -172,8 +175,7 @@ void Hdf5Writer::commit() {
   errno = 0;
   // Flushed before it is closed: a flush that fails leaves the file in our hands, a close that fails does not.
   impl_->require(H5Fflush(impl_->file, H5F_SCOPE_GLOBAL) >= 0, "");
-  if (H5Fclose(impl_->file) < 0) impl_->fail("", "cannot be written");
-  impl_->file.release();
+  impl_->require(H5Fclose(impl_->file.release()) >= 0, "");
   impl_->temporary.commit();
 }
 

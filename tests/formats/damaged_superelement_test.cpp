@@ -318,15 +318,18 @@ TEST_F(DamagedSuperelement, cutAnywhere) {
 TEST_F(DamagedSuperelement, anyByteChanged) {
   write_superelement(test::sample_superelement(), file);
   const std::string bytes = test::bytes_of(file);
+  ASSERT_NE(bytes.find("GCOL"), std::string::npos);
   std::mt19937 random(5);
   int refused = 0;
-  for (int trial = 0; trial < 3000; ++trial) {
+  for (int trial = 0; trial < 1000; ++trial) {
     std::string damaged = bytes;
-    for (int i = 0; i <= trial % 3; ++i) damaged[random() % bytes.size()] = static_cast<char>(random() % 256);
+    // Every other time in the heap of strings: the one place without a checksum where the library follows what it finds.
+    const std::size_t begin = trial % 2 == 0 ? 0 : bytes.find("GCOL"), length = trial % 2 == 0 ? bytes.size() : 500;
+    for (int i = 0; i <= trial % 3; ++i) damaged[begin + random() % length] = static_cast<char>(random() % 256);
     test::write_bytes(file, damaged);
     if (!refusal(file).empty()) ++refused;
   }
-  EXPECT_GT(refused, 1000);
+  EXPECT_GT(refused, 300);
 }
 
 }  // namespace

@@ -60,8 +60,29 @@ TEST_F(FailedWriteDeathTest, diskFullAtAnyPointLeavesTheOldFile) {
     EXPECT_EQ(test::bytes_of(file), "what was there before") << room;
     EXPECT_EQ(folder.n_entries(), 1u) << room;
   }
-  EXPECT_EXIT(write_with_room_for(size, file), testing::ExitedWithCode(3), "");  // enough room: written
+  // The library makes the file somewhat longer before it cuts it to its length.
+  EXPECT_EXIT(write_with_room_for(size + 10000, file), testing::ExitedWithCode(3), "");  // 3: written
   EXPECT_EQ(std::filesystem::file_size(file), size);
+}
+
+// A program may go on after a write that failed, and write elsewhere.
+TEST_F(FailedWriteDeathTest, theNextFileIsWhole) {
+  const auto fail_and_go_on = [&] {
+    std::signal(SIGXFSZ, SIG_IGN);
+    rlimit limit{};
+    ::getrlimit(RLIMIT_FSIZE, &limit);
+    for (int i = 0; i < 5; ++i) {
+      limit.rlim_cur = 30000;
+      ::setrlimit(RLIMIT_FSIZE, &limit);
+      EXPECT_THROW(write(file), RunError);
+      limit.rlim_cur = limit.rlim_max;
+      ::setrlimit(RLIMIT_FSIZE, &limit);
+      write(folder / "next.h5");
+      if (Hdf5Reader(folder / "next.h5").read_vector("/small/49") != Vector::Ones(10)) std::exit(1);
+    }
+    std::exit(testing::Test::HasFailure() ? 1 : 0);
+  };
+  EXPECT_EXIT(fail_and_go_on(), testing::ExitedWithCode(0), "");
 }
 
 TEST_F(FailedWrite, withoutCommitNothingIsLeft) {

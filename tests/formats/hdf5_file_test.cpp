@@ -65,6 +65,20 @@ TEST(Hdf5File, matricesOfEveryShapeComeBack) {
   }
 }
 
+// Larger than what is looked at whole for damaged strings; strings at the beginning, in the middle and at the end.
+TEST(Hdf5File, stringsOfALargeFileComeBack) {
+  const TemporaryFolder folder;
+  Hdf5Writer writer(folder / "f.h5");
+  const std::string text(1000, 'x');
+  for (int i = 0; i < 12; ++i) {
+    writer.attribute("/group " + std::to_string(i), "text", text);
+    writer.write("/group " + std::to_string(i) + "/A", Matrix(Matrix::Zero(1000, 700)));
+  }
+  writer.commit();
+  const Hdf5Reader reader(folder / "f.h5");
+  for (int i = 0; i < 12; ++i) EXPECT_EQ(reader.read_string("/group " + std::to_string(i), "text"), text);
+}
+
 TEST(Hdf5File, wrongQuestionsAreRefused) {
   const TemporaryFolder folder;
   Hdf5Writer writer(folder / "f.h5");

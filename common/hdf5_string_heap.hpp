@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <filesystem>
+
+namespace cbr::hdf5 {
+
+// False when a heap of variable-length strings ("global heap collection" of the HDF5 file format specification, III.E) is
+// damaged. It is the one structure of our files without a checksum, and the library (1.10.8) copies from wherever it points to.
+// Looked at: the whole file up to 64 MB; of a larger one the first and the last 16 MB, where our writer puts its strings.
+bool string_heaps_are_sound(const std::filesystem::path& file);
+
+}  // namespace cbr::hdf5
