@@ -84,6 +84,18 @@ TEST_P(Element, NearlyIncompressibleAndNoPoissonAreFinite) {
   }
 }
 
+TEST_P(Element, NeedlesAndSheetsKeepTheirRigidMotions) {
+  for (const Vector3& stretch : {Vector3(1, 1, 1e-4), Vector3(1, 1e-4, 1e-4), Vector3(1e4, 1, 1)}) {
+    const Points X = distorted(type) * stretch.asDiagonal();
+    ASSERT_GT(element_quality(type, X), 0.1);
+    const Matrix K = stiffness(X);
+    ASSERT_TRUE(K.allFinite());
+    const Matrix R = rigid_modes(X, X.colwise().mean().transpose());
+    EXPECT_LE((K * R).cwiseAbs().maxCoeff(), 1e-12 * K.cwiseAbs().maxCoeff() * R.cwiseAbs().maxCoeff());
+    EXPECT_GT(element_lumped_mass(type, X, 1).minCoeff(), 0);
+  }
+}
+
 TEST_P(Element, StrainEnergyOfALinearFieldIsExact) {
   // Whatever the nodes' places: u = H x gives the energy V e : D : e / 2.
   Matrix3 H;
