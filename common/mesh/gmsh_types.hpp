@@ -12,12 +12,13 @@ namespace cbr {
 
 struct GmshType {
   int number = 0;  // gmsh's
-  int n_nodes = 0;
+  int dimension = 0, n_nodes = 0;
   std::optional<ElementType> type;  // none: points and lines
   std::vector<int> order;           // node i in Exodus order is gmsh's node order[i]; empty: the same
 };
 
 const GmshType* find_gmsh_type(int number);  // nullptr when it is not supported
+std::string gmsh_type_name(int number);      // also of types that are not supported
 const GmshType& gmsh_type(ElementType type);
 std::string supported_gmsh_types();  // "tri3, tri6, ..."
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Writes MSH 4.1 as text. By hand, not through libgmsh, which prints 16 digits and so does not give the same doubles back.
+// Writes MSH 4.1 as text. With as many digits as give the same doubles back (libgmsh prints 16).
 #include <algorithm>
 #include <charconv>
 #include <fstream>
