@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Files of every format version that was ever written are read for ever.
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+
+#include "common/superelement.hpp"
+
+namespace cbr {
+namespace {
+
+// A box of 3 x 1 x 2 m in 3 x 1 x 2 hexes, steel of 7800 kg/m^3, its face at x = 3 kept, 6 modes: make_reference.cpp.
+class ReferenceFile : public testing::TestWithParam<const char*> {
+ protected:
+  const Superelement s = read_superelement(std::string(CBR_SOURCE_DIR "/tests/formats/data/") + GetParam());
+  static constexpr double mass = 3 * 1 * 2 * 7800.0;
+};
+
+TEST_P(ReferenceFile, isWhatItWasMadeFrom) {
+  EXPECT_EQ(s.basis, "craig-bampton");
+  EXPECT_EQ(s.content_hash, "00000000000000000000000000000001");
+  EXPECT_EQ(s.provenance.at("mesh"), "box 3 x 1 x 2");
+  EXPECT_EQ(s.k(), 6);
+  EXPECT_EQ(s.c(), 18);
+  EXPECT_EQ(s.node_ids.size(), 6u);
+  EXPECT_EQ(s.coordinates.col(0), Vector::Constant(6, 3.0));
+  EXPECT_NEAR(s.rigid_body.mass, mass, 1e-9 * mass);
+  EXPECT_LT((s.rigid_body.center - Vector3(1.5, 0.5, 1)).norm(), 1e-12);
+}
+
+TEST_P(ReferenceFile, rigidMotionsAreFreeOfForceAndCarryTheMass) {
+  const Matrix R = reduced_rigid_modes(s, s.rigid_body.center), K = reduced_stiffness(s), M = reduced_mass(s);
+  EXPECT_LT((K * R).cwiseAbs().maxCoeff(), 1e-10 * K.cwiseAbs().maxCoeff());
+  const Matrix rigid_mass = R.transpose() * M * R;  // diag(m, m, m) and the inertia about the centre   (6 x 6)
+  Matrix expected = Matrix::Zero(6, 6);
+  expected.topLeftCorner(3, 3).diagonal().setConstant(mass);
+  expected.bottomRightCorner(3, 3) = s.rigid_body.inertia;
+  EXPECT_LT((rigid_mass - expected).norm(), 1e-10 * expected.norm());
+}
+
+TEST_P(ReferenceFile, modesAreThoseKnown) {
+  ASSERT_TRUE(s.has_diagonal_form());
+  EXPECT_EQ(s.omega.head(6).norm(), 0);
+  EXPECT_GT(s.omega(6), 0);
+  EXPECT_TRUE(std::is_sorted(s.eigenvalues.begin(), s.eigenvalues.end()));
+  // Of the day the file was made (version 0.1.0): rad/s, held and free.
+  EXPECT_NEAR(std::sqrt(s.eigenvalues(0)), 512.0858543714135, 1e-9 * 512);
+  EXPECT_NEAR(s.omega(6), 1927.9713583169425, 1e-9 * 1927);
+}
+
+TEST_P(ReferenceFile, facesLookOutwards) {
+  const auto contact =
+      std::find_if(s.surfaces.begin(), s.surfaces.end(), [](const Surface& surface) { return surface.name == "x_max"; });
+  ASSERT_NE(contact, s.surfaces.end());
+  EXPECT_EQ(contact->kind, FaceKind::quad4);
+  Vector3 area = Vector3::Zero();
+  for (Index i = 0; i < contact->n_faces(); ++i) {
+    const auto corner = [&](Index j) { return Vector3(s.coordinates.row(contact->faces(i, j)).transpose()); };
+    area += 0.5 * (corner(2) - corner(0)).cross(corner(3) - corner(1));
+    EXPECT_EQ(contact->side[static_cast<std::size_t>(i)], 2);
+  }
+  EXPECT_LT((area - Vector3(2, 0, 0)).norm(), 1e-12);
+}
+
+TEST_P(ReferenceFile, interiorFollowsRigidMotions) {
+  ASSERT_EQ(s.recovery.size(), 1u);
+  const auto& recovery = s.recovery[0];
+  EXPECT_EQ(recovery.node_ids.size(), 18u);
+  ASSERT_EQ(recovery.blocks.size(), 1u);
+  EXPECT_EQ(recovery.blocks[0].connectivity.rows(), 6);
+  const Matrix R_c = reduced_rigid_modes(s, Vector3::Zero()).bottomRows(s.c());
+  EXPECT_LT((recovery.Psi * R_c - rigid_modes(recovery.coordinates, Vector3::Zero())).cwiseAbs().maxCoeff(), 1e-10);
+}
+
+INSTANTIATE_TEST_SUITE_P(Version, ReferenceFile, testing::Values("superelement-1.0.cbr.h5"));
+
+}  // namespace
+}  // namespace cbr
