@@ -6,8 +6,8 @@
 //
 // Physical groups: volume `sphere`; surfaces `surface` and `contact` (both the whole surface), `x_min` ... `z_max` (a sixth each).
 DefineConstant[ diameter = 0.0254, n = 6, layers = 3 ];
-DefineConstant[ core = 0.5 ];     // distance of the core's corners from the centre, over the radius
-DefineConstant[ bulge = 0.35 ];   // 0: the core is a cube; 1: it is a sphere. Between, its edges are arcs of a larger circle.
+DefineConstant[ core = 0.6 ];     // distance of the core's corners from the centre, over the radius
+DefineConstant[ bulge = 0.5 ];   // 0: the core is a cube; 1: it is a sphere. Between, its edges are arcs of a larger circle.
 
 SetFactory("Built-in");
 R = diameter/2;
