@@ -47,8 +47,8 @@ struct Mesh {
   std::vector<Nodeset> nodesets;
 };
 
-// Reads, as docs/meshes.md says, .msh (gmsh 2.2, 4.1), .exo .e .g .ncf .nc4 (Exodus II). InputError names the file and what is wrong in it:
-// missing, truncated, an element type that is not supported, a side of no element, a repeated id.
+// Reads, as docs/meshes.md says, .msh (gmsh 2.2, 4.1), .exo .e .g .ncf .nc4 (Exodus II). InputError names the file and
+// what is wrong in it: missing, truncated, an element type that is not supported, a side of no element, a repeated id.
 Mesh read_mesh(const std::filesystem::path& file);
 
 // Whether the suffix is one that read_mesh and write_mesh know.
