@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "reducer/command.hpp"
+
+#include <map>
+
+#include "common/error.hpp"
+#include "common/number_text.hpp"
+#include "common/output_file.hpp"
+#include "common/program.hpp"
+#include "common/scene_words.hpp"
+#include "reducer/reduce.hpp"
+#include "reducer/summary.hpp"
+
+namespace cbr {
+namespace {
+
+void refuse_mesh_options(const ReduceCommand& c) {
+  const std::vector<std::pair<bool, const char*>> given = {{!c.interface_sets.empty(), "--interface"},
+                                                           {c.modes.has_value(), "--modes"},
+                                                           {c.cutoff_hz.has_value(), "--cutoff-hz"},
+                                                           {!c.pick.empty(), "--pick"},
+                                                           {c.youngs_modulus.has_value(), "--youngs-modulus"},
+                                                           {c.poissons_ratio.has_value(), "--poissons-ratio"},
+                                                           {c.density.has_value(), "--density"},
+                                                           {!c.element.empty(), "--element"},
+                                                           {!c.mass.empty(), "--mass"},
+                                                           {!c.basis.empty(), "--basis"},
+                                                           {c.domains.has_value(), "--domains"},
+                                                           {c.recovery, "--recovery"},
+                                                           {!c.output.empty(), "--output"}};
+  for (const auto& [is_given, option] : given) {
+    if (is_given) {
+      throw InputError(c.input + ": " + option + " goes with a mesh (.msh, .exo, .e, .g); in a scene it stands under components");
+    }
+  }
+}
+
+void refuse_what_is_not_there_yet(const ReductionOptions& reduction) {
+  if (reduction.basis != "craig-bampton") {
+    throw InputError("basis '" + reduction.basis + "' is not available yet: use craig-bampton");
+  }
+  if (reduction.domains != 1) {
+    throw InputError("domains: " + std::to_string(reduction.domains) + " found, only 1 is available yet");
+  }
+}
+
+// Unchanged inputs, and the diagonal form there or not as it would be now.
+bool is_up_to_date(const ReductionOptions& reduction, const std::string& hash, Index diagonal_limit) {
+  if (read_content_hash(reduction.superelement) != hash) return false;
+  try {
+    const Superelement s = read_superelement(reduction.superelement, {false, true, false});
+    return s.has_diagonal_form() == (s.n() <= diagonal_limit);
+  } catch (const InputError&) {
+    return false;  // damaged: it is made anew
+  }
+}
+
+std::map<std::string, std::string> provenance(const Component& component, const std::vector<BlockProperties>& properties,
+                                              const Mesh& mesh) {
+  const ReductionOptions& reduction = *component.reduction;
+  std::map<std::string, std::string> p;
+  p["mesh"] = component.mesh.filename().string();
+  p["mesh_hash"] = file_hash(component.mesh);
+  p["mass"] = word_of(mass_words, component.mass);
+  for (std::size_t b = 0; b < mesh.blocks.size(); ++b) {
+    if (dimension(mesh.blocks[b].type) != 3) continue;
+    const Material& m = properties[b].material;
+    const std::string key = "block " + mesh.blocks[b].name + ": ";
+    p[key + "youngs_modulus"] = number_text(m.youngs_modulus);
+    p[key + "poissons_ratio"] = number_text(m.poissons_ratio);
+    p[key + "density"] = number_text(m.density);
+    const ElementType type = mesh.blocks[b].type;
+    p[key + "element"] = type == ElementType::hex8 ? word_of(hex8_words, properties[b].hex8) : std::string(name(type));
+  }
+  p["interface"] = join(reduction.interface_sets);
+  if (reduction.modes) p["modes"] = std::to_string(*reduction.modes);
+  if (reduction.cutoff_hz) p["cutoff_hz"] = number_text(*reduction.cutoff_hz);
+  p["pick"] = reduction.pick;
+  p["domains"] = std::to_string(reduction.domains);
+  p["recovery"] = reduction.recovery ? "true" : "false";
+  return p;
+}
+
+class Reducer {
+ public:
+  Reducer(const ReduceCommand& command, Report& report) : report_(report), force_(command.force) {
+    settings_.memory = command.memory;
+    if (command.diagonal_limit) settings_.diagonal_limit = *command.diagonal_limit;
+  }
+
+  void reduce_component(const Scene& scene, const Component& component) {
+    const ReductionOptions& reduction = *component.reduction;
+    refuse_what_is_not_there_yet(reduction);
+    const std::string hash = content_hash(scene, component);
+    if (!force_ && is_up_to_date(reduction, hash, settings_.diagonal_limit)) {
+      report_.line(component.name + ": " + reduction.superelement.string() + " is up to date: nothing to do");
+      return;
+    }
+    const auto [twin, is_new] = done_.emplace(hash, reduction.superelement);
+    if (!is_new) {
+      copy(twin->second, reduction.superelement);
+      report_.line(component.name + ": the same as " + twin->second.string() + ", copied to " + reduction.superelement.string());
+      return;
+    }
+    report_.line("reducing " + component.name + " (" + component.mesh.filename().string() + ")");
+    make(scene, component, hash);
+  }
+
+ private:
+  void make(const Scene& scene, const Component& component, const std::string& hash) {
+    Mesh mesh;
+    {
+      const auto phase = report_.phase("reading the mesh");
+      mesh = read_mesh(component.mesh);
+    }
+    const std::vector<BlockProperties> properties = block_properties(scene, component, mesh);
+    ReductionFigures figures;
+    Superelement s = reduce(mesh, properties, component.mass, *component.reduction, settings_, report_, &figures);
+    s.content_hash = hash;
+    s.provenance = provenance(component, properties, mesh);
+    {
+      const auto phase = report_.phase("writing the superelement");
+      write_superelement(s, component.reduction->superelement);
+    }
+    summarise(s, figures, component.reduction->superelement, report_);
+  }
+
+  static void copy(const std::filesystem::path& from, const std::filesystem::path& to) {
+    TemporaryFile file(to);
+    std::error_code error;
+    std::filesystem::copy_file(from, file.path(), std::filesystem::copy_options::overwrite_existing, error);
+    if (error) throw RunError(to.string() + ": cannot be written: " + error.message());
+    file.commit();
+  }
+
+  Report& report_;
+  bool force_;
+  ReduceSettings settings_;
+  std::map<std::string, std::filesystem::path> done_;  // content hash -> file made in this run
+};
+
+}  // namespace
+
+void run_reduce(const ReduceCommand& command, std::ostream* scene_out, Report& report) {
+  const bool is_mesh = is_mesh_name(command.input);
+  if (!is_mesh) refuse_mesh_options(command);
+  const Scene scene = is_mesh ? scene_of_mesh(command) : read_scene(command.input);
+  Reducer reducer(command, report);
+  std::map<std::string, bool> seen;
+  for (const auto& instance : scene.instances) {
+    if (instance.as != InstanceKind::superelement || seen[instance.component]) continue;
+    seen[instance.component] = true;
+    const Component& component = component_of(scene, instance);
+    try {
+      reducer.reduce_component(scene, component);
+    } catch (const InputError& error) {
+      const std::string where =
+          is_mesh ? command.input : component.reduction->source.text() + ": component '" + component.name + "'";
+      throw InputError(where + ": " + error.what());
+    }
+  }
+  if (seen.empty()) report.line("no instance stands as a superelement: nothing to reduce");
+  report.timings();
+  if (!is_mesh && scene_out != nullptr) write_scene(scene, *scene_out);
+}
+
+}  // namespace cbr

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What the command line of cbr-reduce asks for, and doing it.
+#pragma once
+
+#include <iosfwd>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/report.hpp"
+#include "common/scene.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace cbr {
+
+struct ReduceCommand {
+  std::string input;  // a scene, "-", or a mesh
+  // With a mesh: what a scene says about its component. Empty: not given.
+  std::vector<std::string> interface_sets;
+  std::optional<Index> modes, domains;
+  std::optional<double> cutoff_hz, youngs_modulus, poissons_ratio, density;
+  std::string pick, element, mass, basis, output;
+  bool recovery = false;
+  // With both.
+  bool force = false;
+  double memory = 0;
+  std::optional<Index> diagonal_limit;
+};
+
+void add_reduce_options(CLI::App& app, ReduceCommand& command);
+
+// Reduces what is not up to date. A scene goes on to `scene_out` (null: nowhere).
+// InputError: mesh options with a scene, missing ones with a mesh, everything wrong with a component (naming it). RunError: disk.
+void run_reduce(const ReduceCommand& command, std::ostream* scene_out, Report& report);
+
+// A scene with the one component that the options describe.
+Scene scene_of_mesh(const ReduceCommand& command);
+
+}  // namespace cbr

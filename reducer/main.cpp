@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <CLI/CLI.hpp>
+
+#include "common/program.hpp"
+#include "reducer/command.hpp"
+
+int main(int argc, char** argv) {
+  CLI::App app("Reduces finite element components to Craig-Bampton superelements that keep their interface's faces.", "cbr-reduce");
+  app.footer(
+      "examples:\n"
+      "  cbr-reduce impact.yaml                                  every component that an instance uses as a superelement\n"
+      "  cbr-reduce impact.yaml | cbr-skin - | cbr-dyn - -o results.h5\n"
+      "  cbr-reduce block.msh --interface contact --modes 80 --youngs-modulus 2.1e11 --poissons-ratio 0.3 --density 7850 \\\n"
+      "             -o block.cbr.h5");
+  cbr::CommonOptions common;
+  cbr::ReduceCommand command;
+  cbr::add_common_options(app, common);
+  cbr::add_reduce_options(app, command);
+  return cbr::run_program(app, argc, argv, [&] {
+    cbr::Report report("cbr-reduce", common.verbosity());
+    cbr::set_threads(common.threads);
+    cbr::run_reduce(command, cbr::filter_output(), report);
+  });
+}

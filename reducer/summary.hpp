@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What cbr-reduce says at the end about a superelement that it made.
+#pragma once
+
+#include <filesystem>
+
+#include "common/report.hpp"
+#include "common/superelement.hpp"
+#include "reducer/reduce.hpp"
+
+namespace cbr {
+
+void summarise(const Superelement& superelement, const ReductionFigures& figures, const std::filesystem::path& file,
+               Report& report);
+
+}  // namespace cbr
