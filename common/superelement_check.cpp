@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "common/error.hpp"
+#include "common/number_text.hpp"
 
 namespace cbr {
 namespace {
@@ -77,7 +78,7 @@ class Checker {
     }
     const double scale = A.size() > 0 ? A.cwiseAbs().maxCoeff() : 0.0;
     if (difference <= symmetry_tolerance * scale) return;
-    fail(field, "not symmetric: entries differ from their mirror images by " + std::to_string(difference / scale) +
+    fail(field, "not symmetric: entries differ from their mirror images by " + number_text(difference / scale) +
                     " of the largest, allowed 1e-10");
   }
 
@@ -171,8 +172,7 @@ class Checker {
 
   void check_rigid_body() const {
     const auto& body = s_.rigid_body;
-    if (!std::isfinite(body.mass) || body.mass <= 0)
-      fail("/rigid_body/mass", std::to_string(body.mass) + " is not a positive number");
+    if (!std::isfinite(body.mass) || body.mass <= 0) fail("/rigid_body/mass", number_text(body.mass) + " is not a positive number");
     require_finite("/rigid_body/center", body.center);
     require_finite("/rigid_body/inertia", body.inertia);
     require_symmetric("/rigid_body/inertia", body.inertia);

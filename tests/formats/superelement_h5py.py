@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Reads a superelement file as a user's script would and holds it against docs/formats.md: names, shapes, types, order in memory.
 
-usage: read_superelement.py PROGRAM, a program that writes tests/formats/sample_superelement.cpp to the file it is given.
+And the other way round: what h5py writes in its own manner is read by us.
+usage: superelement_h5py.py PROGRAM, which is tests/formats/sample_file.cpp.
 Exit 77 (skipped) without h5py.
 """
 import subprocess
@@ -89,14 +90,50 @@ def check_no_time_stamps(file):
     file.visititems(look)
 
 
+def copy_as_h5py_would(source, target, how):
+    """The same contents as another program may store them."""
+    def put(name, item):
+        if isinstance(item, h5py.Group):
+            target.require_group(name)
+        else:
+            values = item[()]
+            if how == "other types":
+                values = values.astype(np.dtype(">i4" if values.dtype.kind == "i" else ">f8"))
+            compressed = {"compression": "gzip", "shuffle": True} if how == "compressed" else {}
+            target.create_dataset(name, data=values, track_times=True, **compressed)
+        copy_attributes(item, target[name])
+
+    def copy_attributes(item, copy):
+        for key, value in item.attrs.items():
+            is_text = isinstance(value, str)
+            copy.attrs[key] = np.bytes_(value.encode()) if is_text and how == "fixed-length strings" else value
+            copy.attrs[key] = copy.attrs[key]  # written twice: leaves a gap where the first one was
+
+    copy_attributes(source, target)
+    source.visititems(put)
+
+
+def check_files_of_h5py(program, name):
+    for how in ("as it is", "compressed", "fixed-length strings", "other types"):
+        for libver in ("earliest", "latest"):
+            copy = name.with_name(f"{how} {libver}.h5")
+            with h5py.File(name, "r") as source, h5py.File(copy, "w", libver=libver) as target:
+                copy_as_h5py_would(source, target, how)
+            done = subprocess.run([program, "read", str(copy)], capture_output=True, text=True)
+            assert done.returncode == 0, (how, libver, done.stderr)
+
+
 def main():
+    program = sys.argv[1]
     with tempfile.TemporaryDirectory() as folder:
         name = Path(folder) / "sample.cbr.h5"
-        subprocess.run([sys.argv[1], str(name)], check=True)
+        subprocess.run([program, "write", str(name)], check=True)
         with h5py.File(name, "r") as file:
             for check in (check_names, check_attributes, check_order, check_no_time_stamps):
                 check(file)
                 print("ok", check.__name__)
+        check_files_of_h5py(program, name)
+        print("ok check_files_of_h5py")
 
 
 if __name__ == "__main__":
