@@ -86,20 +86,12 @@ SparseMatrix free_interface_basis(const Superelement& s, const std::vector<HeldD
   std::vector<Eigen::Triplet<double, Index>> entries;
   Index column = 0;
   for (Index node = 0; node < static_cast<Index>(of_node.size()); ++node) {
-    Matrix3 span = Matrix3::Identity();  // free directions in its first columns
-    Index n_free = 3;
-    if (!of_node[node].empty()) {
-      Matrix H(3, static_cast<Index>(of_node[node].size()));
-      for (Index i = 0; i < H.cols(); ++i) H.col(i) = of_node[node][i];
-      n_free = 3 - H.cols();
-      const Matrix3 Q = Eigen::HouseholderQR<Matrix>(H).householderQ();
-      span.leftCols(n_free) = Q.rightCols(n_free);
-    }
-    for (Index f = 0; f < n_free; ++f) {
+    const Matrix3 Q = complete_basis(of_node[node]);
+    for (Index f = static_cast<Index>(of_node[node].size()); f < 3; ++f) {
       bool used = false;
       for (int c = 0; c < 3; ++c) {
-        if (rows(node, c) < 0 || span(c, f) == 0) continue;
-        entries.emplace_back(rows(node, c) - s.k(), column, span(c, f));
+        if (rows(node, c) < 0 || Q(c, f) == 0) continue;
+        entries.emplace_back(rows(node, c) - s.k(), column, Q(c, f));
         used = true;
       }
       column += used ? 1 : 0;
@@ -111,6 +103,13 @@ SparseMatrix free_interface_basis(const Superelement& s, const std::vector<HeldD
 }
 
 }  // namespace
+
+Matrix3 complete_basis(const std::vector<Vector3>& directions) {
+  if (directions.empty()) return Matrix3::Identity();
+  Matrix H(3, static_cast<Index>(directions.size()));
+  for (Index i = 0; i < H.cols(); ++i) H.col(i) = directions[i];
+  return Eigen::HouseholderQR<Matrix>(H).householderQ();
+}
 
 IndexTable displacement_rows(const Superelement& s) {
   IndexTable rows = IndexTable::Constant(static_cast<Index>(s.node_ids.size()), 3, -1);

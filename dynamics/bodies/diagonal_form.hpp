@@ -26,6 +26,9 @@ struct HeldDirection {
   Vector3 direction;  // unit; the directions of one node are orthogonal
 };
 
+// Orthonormal basis of space whose first columns span `directions` (at most three, orthogonal): the rest is what they leave free.
+Matrix3 complete_basis(const std::vector<Vector3>& directions);
+
 // Of a free superelement: the stored form when there is one (taken out of `superelement`), else LAPACK on the reduced matrices.
 // The rigid modes are replaced by exact rigid motions, so that impulses change the momentum by exactly their sum.
 // RunError when the eigenvalue problem fails (reduced mass not positive definite), named by `where`.

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/bodies/block_matrix.hpp"
+
+#include <algorithm>
+
+namespace cbr {
+
+BlockMatrix block_matrix(const SparseMatrix& A) {
+  const Index n = A.rows() / 3;
+  BlockMatrix B;
+  B.first.assign(n + 1, 0);
+  // A is symmetric: columns 3 i .. 3 i + 2 hold the rows of block row i.
+  std::vector<Index> mark(n, -1);
+  std::vector<std::int32_t> of_row;
+  for (Index i = 0; i < n; ++i) {
+    of_row.clear();
+    for (int c = 0; c < 3; ++c) {
+      for (SparseMatrix::InnerIterator it(A, 3 * i + c); it; ++it) {
+        const Index j = it.row() / 3;
+        if (mark[j] == i) continue;
+        mark[j] = i;
+        of_row.push_back(static_cast<std::int32_t>(j));
+      }
+    }
+    std::sort(of_row.begin(), of_row.end());
+    B.column.insert(B.column.end(), of_row.begin(), of_row.end());
+    B.first[i + 1] = static_cast<std::int64_t>(B.column.size());
+  }
+  B.values.assign(9 * B.column.size(), 0);
+  for (Index i = 0; i < n; ++i) {
+    const auto begin = B.column.begin() + B.first[i], end = B.column.begin() + B.first[i + 1];
+    for (int c = 0; c < 3; ++c) {
+      for (SparseMatrix::InnerIterator it(A, 3 * i + c); it; ++it) {
+        const auto b = std::lower_bound(begin, end, static_cast<std::int32_t>(it.row() / 3)) - B.column.begin();
+        B.values[9 * b + 3 * c + it.row() % 3] = it.value();
+      }
+    }
+  }
+  return B;
+}
+
+void multiply(const BlockMatrix& A, const Points& x, Points& y, RowThreads& threads) {
+  threads.for_rows(A.rows(), [&](Index begin, Index end) {
+    for (Index i = begin; i < end; ++i) {
+      double y0 = 0, y1 = 0, y2 = 0;
+      for (std::int64_t b = A.first[i]; b < A.first[i + 1]; ++b) {
+        const double* v = A.values.data() + 9 * b;
+        const double* u = x.data() + 3 * static_cast<Index>(A.column[b]);
+        y0 += v[0] * u[0] + v[1] * u[1] + v[2] * u[2];
+        y1 += v[3] * u[0] + v[4] * u[1] + v[5] * u[2];
+        y2 += v[6] * u[0] + v[7] * u[1] + v[8] * u[2];
+      }
+      double* to = y.data() + 3 * i;
+      to[0] = y0, to[1] = y1, to[2] = y2;
+    }
+  });
+}
+
+}  // namespace cbr

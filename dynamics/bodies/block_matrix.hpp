@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A sparse matrix of 3 x 3 blocks by rows: the product with a vector is what a full mesh spends its time on.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "common/types.hpp"
+#include "dynamics/bodies/row_threads.hpp"
+
+namespace cbr {
+
+// n x n blocks; block b of row i is values[9 b .. 9 b + 8], row-major, in column column[b]. One index a block, of 32 bits, instead
+// of nine of 64: the product is bound by memory.
+struct BlockMatrix {
+  std::vector<std::int64_t> first;  // n + 1
+  std::vector<std::int32_t> column;
+  std::vector<double> values;
+  Index rows() const { return static_cast<Index>(first.size()) - 1; }
+};
+
+// From dofs 3 i + c. A block is kept when any of its entries is stored.
+BlockMatrix block_matrix(const SparseMatrix& A);
+
+// y = A x, rows shared among the threads; the same bits for any number of threads.
+void multiply(const BlockMatrix& A, const Points& x, Points& y, RowThreads& threads);
+
+}  // namespace cbr

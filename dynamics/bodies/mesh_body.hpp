@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A full finite element model that moves by central differences.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/assembly.hpp"
+#include "common/linalg/sparse_cholesky.hpp"
+#include "dynamics/bodies/block_matrix.hpp"
+#include "dynamics/bodies/body.hpp"
+#include "dynamics/bodies/superelement_body.hpp"
+
+namespace cbr {
+
+// What the instances of a component share; component axes, node i is FiniteElementModel::nodes[i].
+struct MeshModel {
+  Points coordinates;  // n x 3
+  BlockMatrix K;
+  Vector mass;     // n, row sums: the lumped mass, or what a nodal enforcement and the momentum need of a consistent one
+  SparseMatrix M;  // 3 n x 3 n, consistent mass only
+  Matrix MR;       // 3 n x 6, M times the rigid motions about the centre of mass
+  RigidBody rigid_body;
+  double largest_frequency = 0;  // of the free model: an upper bound when directions are held
+};
+
+// `lumped`: M is diagonal. RunError when the highest frequency is not found or M is not positive definite.
+MeshModel mesh_model(const FiniteElementModel& model, const Points& coordinates, bool lumped);
+
+// `held`: ascending by node, component axes.
+class MeshBody final : public Body {
+ public:
+  MeshBody(std::string name, std::shared_ptr<const MeshModel> model, const Placement& placement,
+           const std::vector<HeldDirection>& held, std::shared_ptr<RowThreads> threads);
+
+  const std::string& name() const override { return name_; }
+  Index n_dofs() const override { return 3 * model_->mass.size() - static_cast<Index>(held_.size()); }
+  double largest_frequency() const override { return model_->largest_frequency; }
+  bool is_exact() const override { return false; }
+  const Points& reference_positions() const override { return X_; }
+
+  Index track(const std::vector<Index>& nodes) override;
+  void positions(Index set, Points& x) const override;
+  void predicted_positions(Index set, Points& x) const override;
+  MotionBound motion_bound(Index set) const override;
+  Index track_mean(const std::vector<Index>& nodes) override;
+  void mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
+
+  void predict(double t, double h) override;
+  void add_impulses(Index set, const Points& impulses) override;
+  void add_velocities(Index set, const Points& velocities) override;
+  void accept() override;
+
+  NodeResponse response(Index set, double h) const override;
+  Points nodal_masses(Index set) const override;
+  void add_force(const Points& forces, const History& history) override;
+  void add_gravity(const Vector3& acceleration, const History& history) override;
+
+  BodyState state() const override;
+  BodyWork work() const override { return work_; }
+  void displacements(Points& u, Points& v) const override;
+
+ private:
+  struct NodalLoad {
+    Points force;  // component axes
+    History history;
+  };
+
+  bool consistent() const { return model_->M.size() > 0; }
+  void accelerations(const Points& force, Points& a) const;  // M^-1 f on the free directions
+  void load(double t, Points& f) const;
+  const Points& internal_forces() const;      // K u, formed once for each u
+  void total_accelerations(Points& a) const;  // M^-1 (f - K u)
+  std::span<const HeldDirection> held_of(Index node) const;
+  void gather(const Points& u, const std::vector<Index>& nodes, Points& x) const;
+  double scalar_product(const Points& v, const Points& w) const;  // v . M w
+
+  std::string name_;
+  std::shared_ptr<const MeshModel> model_;
+  Placement placement_;
+  std::vector<HeldDirection> held_;
+  std::shared_ptr<RowThreads> threads_;
+  SparseMatrix Z_;                          // 3 n x free: consistent mass with held directions
+  std::shared_ptr<SparseCholesky> factor_;  // of Z^T M Z
+  Points X_;
+  std::vector<std::vector<Index>> sets_, means_;
+  std::vector<NodalLoad> loads_;
+  Points u_, v_, u_end_, v_end_;  // component axes; v_ is half a step behind u_
+  mutable Points force_, scratch_, Ku_;
+  mutable bool Ku_is_current_ = false;
+  std::vector<std::pair<Index, Vector3>> kicks_;  // node, impulse in component axes, of this step
+  double t_ = 0, h_ = 0, last_h_ = 0;
+  BodyWork work_;
+};
+
+}  // namespace cbr

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Contact of one step: between the bodies' prediction and its acceptance.
+#pragma once
+
+#include <map>
+#include <vector>
+
+#include "dynamics/integrators/simulation.hpp"
+
+namespace cbr {
+
+// What contact keeps from step to step.
+struct ContactState {
+  std::vector<ContactBody> bodies;            // as Simulation::contact_nodes
+  std::vector<Points> masses;                 // row-sum masses, where a nodal pair needs them, else empty
+  std::map<Index, ImpulseMemory> islands;     // by the first pair of the island
+  std::vector<Points> impulses_since_output;  // per contact body
+};
+
+struct ContactOutcome {
+  std::vector<char> touched;  // per contact body: got impulses
+  std::vector<char> near;     // per pair: had constraints
+  std::vector<Index> active;  // per pair: constraints with an impulse
+};
+
+ContactState start_contact(const Simulation& simulation);
+
+// The bodies of the `due` pairs have been predicted over h and their contact nodes' start and end are filled. Adds impulses to the
+// bodies and updates `end`. RunError: a nodal mass that is not positive.
+void contact_step(Simulation& simulation, const std::vector<Index>& due, double h, bool initial, ContactState& state,
+                  ContactOutcome& outcome);
+
+}  // namespace cbr

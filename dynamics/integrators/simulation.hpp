@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// All that a run needs, ready to step: bodies, contact pairs, monitored surfaces, steps. And the run.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "dynamics/bodies/body.hpp"
+#include "dynamics/contact/detection.hpp"
+#include "dynamics/contact/enforcement.hpp"
+#include "dynamics/integrators/time_plan.hpp"
+
+namespace cbr {
+
+struct ContactPair {
+  std::string name;              // "left.contact - right.contact"
+  ContactSurface slave, master;  // .body: index into Simulation::contact_nodes
+  Enforcement enforcement = Enforcement::impulse;
+  PairMemory memory;
+  double stiffness = 0;  // penalty; 0: not yet found
+  // Extremes of the run, and since the last output: largest gap below 0 at the end of a step, residual of complementarity
+  double penetration = 0, residual = 0, recent_penetration = 0, recent_residual = 0;
+  Index n_fallbacks = 0;
+};
+
+// The contact nodes of one body: the union over its contact surfaces.
+struct ContactNodes {
+  Index body = 0;            // index into Simulation::bodies
+  Index set = 0;             // Body::track
+  std::vector<Index> nodes;  // the body's, ascending
+};
+
+// A surface whose mean motion and contact force are written.
+struct Monitor {
+  std::string name;  // INSTANCE.SURFACE
+  Index body = 0, mean_set = 0;
+  Index contact = -1;                // index into contact_nodes, or -1: no contact on this body
+  std::vector<Index> contact_slots;  // contact nodes of that body that belong to this surface
+};
+
+struct Simulation {
+  std::vector<std::unique_ptr<Body>> bodies;
+  std::vector<ContactNodes> contact_nodes;
+  std::vector<ContactPair> pairs;
+  std::vector<Monitor> monitors;
+  TimePlan plan;
+  DetectionOptions detection;
+};
+
+// Rows of three, one per output time.
+struct Series3 {
+  std::vector<double> values;
+  void add(const Vector3& v) { values.insert(values.end(), v.data(), v.data() + 3); }
+};
+
+struct RunResult {
+  std::vector<double> time;
+  struct OfMonitor {
+    Series3 mean_position, mean_velocity, force;
+  };  // force: contact impulses since the last output over that time
+  struct OfBody {
+    Series3 center_of_mass, momentum, angular_momentum;
+    std::vector<double> kinetic_energy, strain_energy;
+  };
+  struct OfPair {
+    std::vector<double> active, penetration, residual;
+  };  // at the output; largest since the last one
+  std::vector<OfMonitor> monitors;
+  std::vector<OfBody> bodies;
+  std::vector<OfPair> pairs;
+  std::vector<double> total, work_external, work_contact, work_friction, active;
+  Index steps = 0, jumps = 0;   // body steps are counted once for all bodies; a jump skips over steps without contact
+  double largest_rotation = 0;  // rad
+  Index most_rotated = -1;      // index into bodies
+};
+
+struct RunOptions {
+  bool jumps = true;                                    // false: every step is taken (for tests)
+  std::function<void(Index step, double t)> on_output;  // after the bodies have arrived there
+  std::function<void(double fraction)> on_progress;     // now and then
+  std::function<bool()> stop;                           // asked now and then; true: RunError
+};
+
+// RunError when the motion stops being finite, by time and instance.
+RunResult run(Simulation& simulation, const RunOptions& options = {});
+
+}  // namespace cbr

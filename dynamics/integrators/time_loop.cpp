@@ -1,0 +1,263 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "common/error.hpp"
+#include "dynamics/integrators/contact_step.hpp"
+#include "dynamics/integrators/simulation.hpp"
+
+namespace cbr {
+namespace {
+
+// First time at which g + w t - b t - a t^2 / 2 reaches 0, for g > 0.
+double first_root(double gap, double speed, double growth, double acceleration) {
+  if (gap <= 0) return 0;
+  const double closing = growth - speed;  // gap - closing t - acceleration t^2 / 2
+  if (acceleration <= 0) return closing > 0 ? gap / closing : HUGE_VAL;
+  return 2 * gap / (closing + std::sqrt(closing * closing + 2 * acceleration * gap));
+}
+
+// No contact before this time: on some axis one surface is still wholly on one side of the other.
+double time_apart(const MotionBound& a, const MotionBound& b, double margin) {
+  double apart = 0;
+  for (int c = 0; c < 3; ++c) {
+    const double growth = a.growth[c] + b.growth[c], acceleration = a.acceleration[c] + b.acceleration[c];
+    apart =
+        std::max(apart, first_root(b.lower[c] - a.upper[c] - margin, b.lower_speed[c] - a.upper_speed[c], growth, acceleration));
+    apart =
+        std::max(apart, first_root(a.lower[c] - b.upper[c] - margin, a.lower_speed[c] - b.upper_speed[c], growth, acceleration));
+  }
+  return apart;
+}
+
+class TimeLoop {
+ public:
+  TimeLoop(Simulation& simulation, const RunOptions& options)
+      : sim_(simulation), options_(options), state_(start_contact(simulation)) {
+    at_.assign(sim_.bodies.size(), 0);
+    due_at_.assign(sim_.pairs.size(), 0);
+    wait_.assign(sim_.pairs.size(), 1);
+    backoff_ = wait_;
+    current_.assign(sim_.contact_nodes.size(), 0);
+    result_.monitors.resize(sim_.monitors.size());
+    result_.bodies.resize(sim_.bodies.size());
+    result_.pairs.resize(sim_.pairs.size());
+    outcome_.active.assign(sim_.pairs.size(), 0);
+    all_exact_ = std::all_of(sim_.bodies.begin(), sim_.bodies.end(), [](const auto& b) { return b->is_exact(); });
+  }
+
+  RunResult run() {
+    record(0, 0);
+    for (Index p = 0; p < n_pairs(); ++p) schedule(p, 0);
+    Index step = 0, recorded = 0;
+    while (step < plan().n_steps()) {
+      const Index next_output = plan().next_output(step);
+      Index next = next_output;
+      due_.clear();
+      for (Index p = 0; p < n_pairs(); ++p) {
+        if (due_at_[p] <= step) due_.push_back(p);
+        next = std::min(next, std::max(due_at_[p], step + 1));
+      }
+      if (due_.empty()) outcome_.active.assign(sim_.pairs.size(), 0);
+      if (!due_.empty() || !all_exact_ || !options_.jumps) {
+        advance(step);
+        next = step + 1;
+      } else {
+        result_.jumps += next > step + 1;
+      }
+      step = next;
+      ++result_.steps;
+      if (plan().is_output(step)) {
+        record(step, recorded);
+        recorded = step;
+      }
+      if (result_.steps % 16 == 0) look_up(step);
+    }
+    return std::move(result_);
+  }
+
+ private:
+  const TimePlan& plan() const { return sim_.plan; }
+  Index n_pairs() const { return static_cast<Index>(sim_.pairs.size()); }
+  Body& body_of(Index contact_body) { return *sim_.bodies[sim_.contact_nodes[contact_body].body]; }
+
+  void look_up(Index step) {
+    if (options_.on_progress) options_.on_progress(plan().time(step) / plan().end);
+    if (options_.stop && options_.stop())
+      throw RunError("interrupted at t = " + std::to_string(plan().time(step)) + ": nothing written");
+  }
+
+  // Brings an exact body that has been left behind to `step` in one jump.
+  void bring(Index body, Index step) {
+    if (at_[body] == step) return;
+    const double t = plan().time(at_[body]);
+    sim_.bodies[body]->predict(t, step == at_[body] + 1 ? plan().step_length(at_[body]) : plan().time(step) - t);
+    sim_.bodies[body]->accept();
+    at_[body] = step;
+    for (std::size_t c = 0; c < current_.size(); ++c)
+      if (sim_.contact_nodes[c].body == body) current_[c] = 0;
+  }
+
+  // One step of all bodies that take part in a due pair or are not exact.
+  void advance(Index step) {
+    const double h = plan().step_length(step), t = plan().time(step);
+    moving_.assign(sim_.bodies.size(), 0);
+    for (std::size_t b = 0; b < sim_.bodies.size(); ++b) moving_[b] = !sim_.bodies[b]->is_exact() || !options_.jumps;
+    for (const Index p : due_)
+      for (const Index c : {sim_.pairs[p].slave.body, sim_.pairs[p].master.body}) moving_[sim_.contact_nodes[c].body] = 1;
+    for (Index b = 0; b < static_cast<Index>(moving_.size()); ++b) {
+      if (!moving_[b]) continue;
+      bring(b, step);
+      sim_.bodies[b]->predict(t, h);
+    }
+    locate();
+    if (!due_.empty()) contact_step(sim_, due_, h, step == 0, state_, outcome_);
+    for (Index b = 0; b < static_cast<Index>(moving_.size()); ++b) {
+      if (!moving_[b]) continue;
+      sim_.bodies[b]->accept();
+      at_[b] = step + 1;
+    }
+    if (!due_.empty()) reschedule(step + 1);
+  }
+
+  // Start and predicted end of the contact nodes of the due pairs; the last step's end is this step's start.
+  void locate() {
+    needed_.assign(current_.size(), 0);
+    for (const Index p : due_) needed_[sim_.pairs[p].slave.body] = needed_[sim_.pairs[p].master.body] = 1;
+    for (std::size_t c = 0; c < needed_.size(); ++c) {
+      ContactBody& contact = state_.bodies[c];
+      const ContactNodes& nodes = sim_.contact_nodes[c];
+      if (!needed_[c]) {
+        current_[c] = 0;
+        continue;
+      }
+      if (current_[c]) {
+        contact.start.swap(contact.end);
+      } else {
+        sim_.bodies[nodes.body]->positions(nodes.set, contact.start);
+      }
+      sim_.bodies[nodes.body]->predicted_positions(nodes.set, contact.end);
+      current_[c] = 1;
+    }
+  }
+
+  void reschedule(Index step) {
+    for (Index p = 0; p < n_pairs(); ++p) {
+      const ContactPair& pair = sim_.pairs[p];
+      const bool was_due = due_at_[p] < step, near = outcome_.near[p];
+      const bool disturbed = outcome_.touched[pair.slave.body] || outcome_.touched[pair.master.body];
+      if (was_due ? !near : disturbed) {
+        schedule(p, step);
+      } else if (was_due) {
+        due_at_[p] = step, wait_[p] = backoff_[p] = 1;
+      }
+    }
+  }
+
+  // When pair p has to be looked at again. A bound is dear compared with a step, so a pair that stays close is asked ever more
+  // seldom.
+  void schedule(Index p, Index step) {
+    ContactPair& pair = sim_.pairs[p];
+    Body &a = body_of(pair.slave.body), &b = body_of(pair.master.body);
+    due_at_[p] = step;
+    if (!options_.jumps || !a.is_exact() || !b.is_exact()) return;
+    if (step > 0 && --wait_[p] > 0) return;
+    bring(sim_.contact_nodes[pair.slave.body].body, step);
+    bring(sim_.contact_nodes[pair.master.body].body, step);
+    const double margin = 0.1 * pair.master.size;
+    const double apart = time_apart(a.motion_bound(sim_.contact_nodes[pair.slave.body].set),
+                                    b.motion_bound(sim_.contact_nodes[pair.master.body].set), margin);
+    const double steps = std::floor(apart / plan().h);
+    due_at_[p] = step + static_cast<Index>(std::min(steps, static_cast<double>(plan().n_steps() + 1)));
+    backoff_[p] = steps > 0 ? 1 : std::min<Index>(2 * backoff_[p], 8);
+    wait_[p] = backoff_[p];
+  }
+
+  void record(Index step, Index last) {
+    const double t = plan().time(step), interval = t - plan().time(last);
+    for (Index b = 0; b < static_cast<Index>(sim_.bodies.size()); ++b) bring(b, step);
+    result_.time.push_back(t);
+    record_monitors(interval);
+    record_energy();
+    double active = 0;
+    for (Index p = 0; p < n_pairs(); ++p) {
+      result_.pairs[p].active.push_back(static_cast<double>(outcome_.active[p]));
+      ContactPair& pair = sim_.pairs[p];
+      result_.pairs[p].penetration.push_back(pair.recent_penetration);
+      result_.pairs[p].residual.push_back(pair.recent_residual);
+      pair.penetration = std::max(pair.penetration, pair.recent_penetration);
+      pair.residual = std::max(pair.residual, pair.recent_residual);
+      pair.recent_penetration = pair.recent_residual = 0;
+      active += static_cast<double>(outcome_.active[p]);
+    }
+    result_.active.push_back(active);
+    check_finite(t);
+    if (options_.on_output) options_.on_output(step, t);
+  }
+
+  void record_monitors(double interval) {
+    for (std::size_t i = 0; i < sim_.monitors.size(); ++i) {
+      const Monitor& monitor = sim_.monitors[i];
+      Vector3 position, velocity, impulse = Vector3::Zero();
+      sim_.bodies[monitor.body]->mean_motion(monitor.mean_set, position, velocity);
+      for (const Index slot : monitor.contact_slots) impulse += state_.impulses_since_output[monitor.contact].row(slot).transpose();
+      result_.monitors[i].mean_position.add(position);
+      result_.monitors[i].mean_velocity.add(velocity);
+      result_.monitors[i].force.add(interval > 0 ? Vector3(impulse / interval) : Vector3::Zero());
+    }
+    for (auto& impulses : state_.impulses_since_output) impulses.setZero();
+  }
+
+  void record_energy() {
+    double total = 0, external = 0, contact = 0;
+    for (std::size_t b = 0; b < sim_.bodies.size(); ++b) {
+      const BodyState state = sim_.bodies[b]->state();
+      const BodyWork work = sim_.bodies[b]->work();
+      auto& series = result_.bodies[b];
+      series.center_of_mass.add(state.center_of_mass);
+      series.momentum.add(state.momentum);
+      series.angular_momentum.add(state.angular_momentum);
+      series.kinetic_energy.push_back(state.kinetic_energy);
+      series.strain_energy.push_back(state.strain_energy);
+      total += state.kinetic_energy + state.strain_energy;
+      external += work.external, contact += work.contact;
+      if (state.rotation > result_.largest_rotation) {
+        result_.largest_rotation = state.rotation;
+        result_.most_rotated = static_cast<Index>(b);
+      }
+    }
+    result_.total.push_back(total);
+    result_.work_external.push_back(external);
+    result_.work_contact.push_back(contact);
+    result_.work_friction.push_back(0);  // every pair is frictionless
+  }
+
+  void check_finite(double t) const {
+    if (std::isfinite(result_.total.back())) return;
+    std::ostringstream message;
+    message << "the motion is no longer finite at t = " << t << " s";
+    for (std::size_t b = 0; b < sim_.bodies.size(); ++b)
+      if (!std::isfinite(result_.bodies[b].kinetic_energy.back())) message << ", instance '" << sim_.bodies[b]->name() << "'";
+    throw RunError(message.str() + ": is the step above the critical one (time.force)?");
+  }
+
+  Simulation& sim_;
+  const RunOptions& options_;
+  ContactState state_;
+  ContactOutcome outcome_;
+  RunResult result_;
+  std::vector<Index> at_;              // per body: the step it has reached
+  std::vector<Index> due_at_;          // per pair: no contact in steps that start before this one
+  std::vector<Index> wait_, backoff_;  // per pair: steps until its bound is formed again; the next such wait
+  std::vector<char> current_;          // per contact body: `end` is where it is now
+  std::vector<char> moving_, needed_;
+  std::vector<Index> due_;
+  bool all_exact_ = false;
+};
+
+}  // namespace
+
+RunResult run(Simulation& simulation, const RunOptions& options) { return TimeLoop(simulation, options).run(); }
+
+}  // namespace cbr

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/integrators/time_plan.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "common/error.hpp"
+
+namespace cbr {
+namespace {
+
+constexpr double automatic_share = 0.9;  // of the critical step, central differences
+constexpr double fit_tolerance = 1e-9;   // a step that overshoots by this much still fits
+
+std::string text(double value) {
+  std::ostringstream out;
+  out.precision(4);
+  out << value;
+  return out.str();
+}
+
+Index ceil_count(double ratio) { return std::max<Index>(1, static_cast<Index>(std::ceil(ratio * (1 - fit_tolerance)))); }
+
+// Smallest limit over the bodies, `share` applied to it; and who sets it.
+struct Limit {
+  double h = 0, critical = 0;
+  const Body* body = nullptr;
+};
+
+Limit smallest(const std::vector<std::unique_ptr<Body>>& bodies, const std::vector<char>& in_contact, double exact_share,
+               double central_share) {
+  Limit limit;
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    const double critical = critical_step(*bodies[b], in_contact[b]);
+    const double h = critical * (bodies[b]->is_exact() ? exact_share : central_share);
+    if (critical > 0 && (!limit.body || h < limit.h)) limit = {h, critical, bodies[b].get()};
+  }
+  return limit;
+}
+
+}  // namespace
+
+double TimePlan::time(Index step) const {
+  if (step == n_steps()) return end;
+  const Index whole = std::min(step, n_whole), outputs = whole / steps_per_output;
+  const double reached = every > 0 ? static_cast<double>(outputs) * every + static_cast<double>(whole % steps_per_output) * h
+                                   : static_cast<double>(whole) * h;
+  return reached + static_cast<double>(step - whole) * h_rest;
+}
+
+Index TimePlan::next_output(Index step) const { return std::min(n_steps(), (step / steps_per_output + 1) * steps_per_output); }
+
+TimePlan fit_steps(double h_max, double every, double end) {
+  TimePlan plan;
+  plan.end = end;
+  const bool all = every <= 0 || every >= end;
+  if (h_max <= 0) h_max = every > 0 ? std::min(every, end) : end / 1000;
+  if (all) {
+    plan.n_whole = ceil_count(end / h_max);
+    plan.h = plan.h_rest = end / static_cast<double>(plan.n_whole);
+    plan.steps_per_output = every > 0 ? plan.n_whole : 1;
+    return plan;
+  }
+  plan.every = every;
+  plan.steps_per_output = ceil_count(every / h_max);
+  plan.h = every / static_cast<double>(plan.steps_per_output);
+  const Index outputs = static_cast<Index>(std::floor(end / every * (1 + fit_tolerance)));
+  plan.n_whole = outputs * plan.steps_per_output;
+  const double rest = end - static_cast<double>(outputs) * every;
+  if (rest > fit_tolerance * every) plan.n_rest = ceil_count(rest / plan.h);
+  plan.h_rest = plan.n_rest > 0 ? rest / static_cast<double>(plan.n_rest) : plan.h;
+  return plan;
+}
+
+double critical_step(const Body& body, bool in_contact) {
+  const double omega = body.largest_frequency();
+  return omega > 0 && (in_contact || !body.is_exact()) ? 2 / omega : 0;
+}
+
+TimePlan plan_time(const TimeOptions& options, double every, const std::vector<std::unique_ptr<Body>>& bodies,
+                   const std::vector<char>& in_contact) {
+  const Limit critical = smallest(bodies, in_contact, 1, 1);
+  const Limit limit =
+      options.cfl ? smallest(bodies, in_contact, *options.cfl, *options.cfl) : smallest(bodies, in_contact, 1, automatic_share);
+  double h = limit.h;
+  std::string reason = "nothing";
+  if (options.step) {
+    h = *options.step;
+    reason = "time.step";
+  } else if (limit.body) {
+    reason = "'" + limit.body->name() + "' (critical step " + text(limit.critical) + " s, highest frequency " +
+             text(limit.body->largest_frequency()) + " rad/s)";
+  }
+  TimePlan plan = fit_steps(h, every, options.end);
+  if (critical.body && plan.h > critical.h * (1 + fit_tolerance) && !options.force_step) {
+    throw InputError(options.source.text() + ": time: a step of " + text(plan.h) + " s is above the critical step " +
+                     text(critical.h) + " s of instance '" + critical.body->name() +
+                     "' (2 / highest frequency): use step: auto, a smaller one, or force: true to run it all the same");
+  }
+  plan.limit = reason;
+  return plan;
+}
+
+}  // namespace cbr

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Which steps a run takes: from limits and output times to step lengths.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/scene.hpp"
+#include "dynamics/bodies/body.hpp"
+
+namespace cbr {
+
+// n_whole steps of h, steps_per_output to an output; then n_rest steps of h_rest when `end` is no multiple of the output interval.
+struct TimePlan {
+  double h = 0, every = 0, h_rest = 0, end = 0;
+  Index steps_per_output = 1, n_whole = 0, n_rest = 0;
+  std::string limit;  // what limits the step, for the summary
+
+  Index n_steps() const { return n_whole + n_rest; }
+  double time(Index step) const;
+  double step_length(Index step) const { return step < n_whole ? h : h_rest; }  // of the step that starts at `step`
+  bool is_output(Index step) const { return step % steps_per_output == 0 || step == n_steps(); }
+  Index next_output(Index step) const;  // the first after `step`
+};
+
+// The largest step <= h_max (0: none) that fits a whole number of times into `every` (0: every step is an output) and `end`.
+TimePlan fit_steps(double h_max, double every, double end);
+
+// The largest stable step of a body that is met in contact (`in_contact`) or not; 0: no limit. omega_max h <= 2: beyond it central
+// differences are unstable, and below omega h = pi the response of an exact body is definite; 2 keeps clear of it.
+double critical_step(const Body& body, bool in_contact);
+
+// From the scene's options: auto is the critical step of exact bodies and 0.9 of it for central differences.
+// InputError: a step above the critical one (unless time.force).
+TimePlan plan_time(const TimeOptions& options, double every, const std::vector<std::unique_ptr<Body>>& bodies,
+                   const std::vector<char>& in_contact);
+
+}  // namespace cbr

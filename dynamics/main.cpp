@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// cbr-dyn: explicit dynamics of superelements and meshes with contact.
+#include <CLI/CLI.hpp>
+
+#include "common/program.hpp"
+#include "dynamics/program.hpp"
+
+int main(int argc, char** argv) {
+  CLI::App app("Runs a scene of superelements and meshes with contact, and writes the results file.", "cbr-dyn");
+  std::string scene, output;
+  cbr::CommonOptions common;
+  app.add_option("SCENE", scene, "scene file (YAML); - reads standard input")->required();
+  app.add_option("-o,--output", output, "results file (HDF5)")->required();
+  cbr::add_common_options(app, common);
+  return cbr::run_program(app, argc, argv, [&] {
+    cbr::set_threads(common.threads);
+    cbr::Report report("cbr-dyn", common.verbosity());
+    cbr::run_scene(scene, output, report);
+  });
+}

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/output/results.hpp"
+
+#include "common/hdf5_file.hpp"
+#include "common/program.hpp"
+
+namespace cbr {
+namespace {
+
+Points points(const Series3& series) {
+  const Index n = static_cast<Index>(series.values.size()) / 3;
+  return Eigen::Map<const Points>(series.values.data(), n, 3);
+}
+
+// '/' separates groups in HDF5.
+std::string safe(std::string name) {
+  for (char& c : name)
+    if (c == '/') c = '_';
+  return name;
+}
+
+void write_bodies(Hdf5Writer& file, const Simulation& simulation, const RunResult& result) {
+  for (std::size_t b = 0; b < result.bodies.size(); ++b) {
+    const std::string group = "/instances/" + safe(simulation.bodies[b]->name()) + "/";
+    const RunResult::OfBody& of = result.bodies[b];
+    file.write(group + "center_of_mass", points(of.center_of_mass));
+    file.write(group + "momentum", points(of.momentum));
+    file.write(group + "angular_momentum", points(of.angular_momentum));
+    file.write(group + "kinetic_energy", of.kinetic_energy);
+    file.write(group + "strain_energy", of.strain_energy);
+  }
+}
+
+void write_monitors(Hdf5Writer& file, const Simulation& simulation, const RunResult& result) {
+  for (std::size_t m = 0; m < result.monitors.size(); ++m) {
+    const std::string group = "/surfaces/" + safe(simulation.monitors[m].name) + "/";
+    file.write(group + "mean_position", points(result.monitors[m].mean_position));
+    file.write(group + "mean_velocity", points(result.monitors[m].mean_velocity));
+    file.write(group + "force", points(result.monitors[m].force));
+  }
+}
+
+void write_contact(Hdf5Writer& file, const Simulation& simulation, const RunResult& result) {
+  file.write("/contact/active", result.active);
+  for (std::size_t p = 0; p < result.pairs.size(); ++p) {
+    const std::string group = "/contact/" + safe(simulation.pairs[p].name) + "/";
+    file.write(group + "active", result.pairs[p].active);
+    file.write(group + "penetration", result.pairs[p].penetration);
+    file.write(group + "residual", result.pairs[p].residual);
+  }
+}
+
+}  // namespace
+
+void write_results(const std::filesystem::path& path, const Simulation& simulation, const RunResult& result, const Report& report) {
+  Hdf5Writer file(path);
+  file.attribute("/", "format", std::string("cbr-results"));
+  file.attribute("/", "format_version", std::string("1.0"));
+  file.attribute("/", "generator", std::string("cbr-dyn ") + version());
+  Index n_dofs = 0;
+  for (const auto& body : simulation.bodies) n_dofs += body->n_dofs();
+  file.attribute("/", "steps", result.steps);
+  file.attribute("/", "n_dofs", n_dofs);
+  for (const char* phase : {"read", "setup", "steps", "write"})
+    file.attribute("/", std::string("wall_seconds_") + phase, report.seconds(phase));
+  file.write("/time", result.time);
+  write_monitors(file, simulation, result);
+  write_bodies(file, simulation, result);
+  file.write("/energy/total", result.total);
+  file.write("/energy/work_external", result.work_external);
+  file.write("/energy/work_contact", result.work_contact);
+  file.write("/energy/work_friction", result.work_friction);
+  write_contact(file, simulation, result);
+  file.commit();
+}
+
+}  // namespace cbr

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The results file (format "cbr-results", formats.md) and the summary of a run.
+#pragma once
+
+#include <filesystem>
+
+#include "common/report.hpp"
+#include "dynamics/integrators/simulation.hpp"
+#include "dynamics/setup/build.hpp"
+
+namespace cbr {
+
+// Wall times are attributes, so the datasets are the same bytes from run to run. RunError when the disk refuses; nothing
+// half-written.
+void write_results(const std::filesystem::path& file, const Simulation& simulation, const RunResult& result, const Report& report);
+
+// Largest errors of the run's balances.
+struct Balance {
+  double energy = 0;            // |E(t) - E(0) - work of loads, contact and friction| / largest energy or work
+  double momentum = 0;          // |p(t) - p(0)| / sum over bodies of the largest |p|
+  double angular_momentum = 0;  // likewise, but at least momentum x distance as the scale
+};
+Balance balance(const RunResult& result);
+
+// Instances, steps and what limits them, balances, contact, on the report; warnings for what looks wrong.
+void summarise(const BuiltScene& built, const RunResult& result, Report& report);
+
+}  // namespace cbr

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <sstream>
+
+#include "dynamics/output/results.hpp"
+
+namespace cbr {
+namespace {
+
+Vector3 at(const Series3& series, std::size_t i) { return Eigen::Map<const Vector3>(series.values.data() + 3 * i); }
+
+// Largest norm of a series.
+double largest(const Series3& series) {
+  double norm = 0;
+  for (std::size_t i = 0; 3 * i < series.values.size(); ++i) norm = std::max(norm, at(series, i).norm());
+  return norm;
+}
+
+// Largest change of the sum over all bodies, as a share of `scale`.
+double drift(const RunResult& result, Series3 RunResult::OfBody::*series, double scale) {
+  double worst = 0;
+  for (std::size_t i = 0; i < result.time.size(); ++i) {
+    Vector3 change = Vector3::Zero();
+    for (const auto& body : result.bodies) change += at(body.*series, i) - at(body.*series, 0);
+    worst = std::max(worst, change.norm());
+  }
+  return scale > 0 ? worst / scale : 0;
+}
+
+void instance_lines(const BuiltScene& built, Report& report) {
+  for (std::size_t b = 0; b < built.instances.size(); ++b) {
+    const Body& body = *built.simulation.bodies[b];
+    std::ostringstream line;
+    line << "instance " << body.name() << ": component " << built.instances[b].component << ", "
+         << (built.instances[b].superelement ? "superelement" : "mesh") << ", " << body.n_dofs() << " dofs, "
+         << (body.is_exact() ? "exact" : "central differences");
+    report.line(line.str());
+  }
+}
+
+void step_lines(const BuiltScene& built, const RunResult& result, Report& report) {
+  const TimePlan& plan = built.simulation.plan;
+  std::ostringstream line;
+  line.precision(5);
+  line << "steps: " << result.steps << " (" << result.jumps << " of them jumps over " << plan.n_steps() - result.steps
+       << " steps without contact), step " << plan.h << " s, limited by " << (plan.limit.empty() ? "nothing" : plan.limit);
+  report.line(line.str());
+}
+
+void contact_lines(const BuiltScene& built, Report& report) {
+  for (const ContactPair& pair : built.simulation.pairs) {
+    std::ostringstream line;
+    line.precision(3);
+    line << "contact " << pair.name << ": " << pair.slave.nodes.size() << " slave nodes of " << pair.slave.name
+         << ", largest penetration " << pair.penetration << ", complementarity residual " << pair.residual;
+    if (pair.n_fallbacks > 0) line << ", active set fell back in " << pair.n_fallbacks << " steps";
+    report.line(line.str());
+    if (pair.memory.initial_overlap > 1e-6 * pair.master.size) {
+      std::ostringstream warning;
+      warning << "contact " << pair.name << ": the surfaces overlap by " << pair.memory.initial_overlap
+              << " at the start; nodes that overlapped were held where they were, not pushed out";
+      report.warning(warning.str());
+    }
+    if (pair.enforcement != Enforcement::penalty && pair.residual > 1e-6)
+      report.warning("contact " + pair.name + ": not all gaps could be closed or opened (complementarity residual above 1e-6)");
+  }
+}
+
+}  // namespace
+
+Balance balance(const RunResult& result) {
+  Balance b;
+  double scale = 0;
+  for (std::size_t i = 0; i < result.time.size(); ++i) {
+    scale = std::max({scale, std::abs(result.total[i]), std::abs(result.work_external[i]), std::abs(result.work_contact[i])});
+    const double work = result.work_external[i] + result.work_contact[i] + result.work_friction[i];
+    b.energy = std::max(b.energy, std::abs(result.total[i] - result.total[0] - work));
+  }
+  if (scale > 0) b.energy /= scale;
+  double momentum = 0, angular = 0;
+  for (const auto& body : result.bodies) {
+    momentum += largest(body.momentum);
+    // An angular momentum that should be nil is measured by momentum times distance.
+    angular += std::max(largest(body.angular_momentum), largest(body.momentum) * largest(body.center_of_mass));
+  }
+  b.momentum = drift(result, &RunResult::OfBody::momentum, momentum);
+  b.angular_momentum = drift(result, &RunResult::OfBody::angular_momentum, angular);
+  return b;
+}
+
+void summarise(const BuiltScene& built, const RunResult& result, Report& report) {
+  instance_lines(built, report);
+  step_lines(built, result, report);
+  const Balance b = balance(result);
+  std::ostringstream line;
+  line.precision(3);
+  line << "balance: energy " << b.energy << ", work of loads " << result.work_external.back() << ", of contact "
+       << result.work_contact.back() << ", total energy " << result.total.front() << " -> " << result.total.back();
+  if (built.momentum_is_kept) line << "; drift of momentum " << b.momentum << ", of angular momentum " << b.angular_momentum;
+  report.line(line.str());
+  contact_lines(built, report);
+  for (const std::string& note : built.notes) report.line("note: " + note);
+  if (b.energy > 1e-8) report.warning("the energy balance does not close: the step may be above the critical one");
+  const double degrees = result.largest_rotation * 180 / std::numbers::pi;
+  if (degrees > 5) {
+    std::ostringstream warning;
+    warning.precision(3);
+    warning << "instance '" << built.simulation.bodies[result.most_rotated]->name() << "' rotates by " << degrees
+            << " degrees: bodies are linear (small rotations), so its motion is no longer right";
+    report.warning(warning.str());
+  }
+}
+
+}  // namespace cbr

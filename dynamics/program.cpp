@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/program.hpp"
+
+#include <atomic>
+#include <csignal>
+#include <optional>
+
+#include "common/scene.hpp"
+#include "dynamics/output/results.hpp"
+#include "dynamics/setup/build.hpp"
+
+namespace cbr {
+namespace {
+
+// Set by a signal; the loop then ends with an error, and files not yet renamed go with their writers.
+std::atomic<bool> interrupted = false;
+static_assert(std::atomic<bool>::is_always_lock_free);
+
+void on_signal(int) { interrupted = true; }
+
+}  // namespace
+
+void run_scene(const std::string& scene_or_dash, const std::filesystem::path& results, Report& report) {
+  std::signal(SIGINT, on_signal);
+  std::signal(SIGTERM, on_signal);
+  std::optional<Scene> scene;
+  {
+    const auto phase = report.phase("read");
+    scene = read_scene(scene_or_dash);
+  }
+  BuiltScene built = build(*scene, report);
+  RunOptions options;
+  options.stop = [] { return interrupted.load(); };
+  options.on_progress = [&](double fraction) { report.progress("stepping", fraction); };
+  RunResult result;
+  {
+    const auto phase = report.phase("steps");
+    result = run(built.simulation, options);
+  }
+  report.end_progress();
+  {
+    const auto phase = report.phase("write");
+    write_results(results, built.simulation, result, report);
+  }
+  summarise(built, result, report);
+  report.line("results: " + results.string());
+  report.timings();
+}
+
+}  // namespace cbr

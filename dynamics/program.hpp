@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What cbr-dyn does once its command line is read.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "common/report.hpp"
+
+namespace cbr {
+
+// Reads the scene ("-": stdin), runs it, writes `results` and the fields that it asks for beside it. InputError, RunError.
+void run_scene(const std::string& scene_or_dash, const std::filesystem::path& results, Report& report);
+
+}  // namespace cbr

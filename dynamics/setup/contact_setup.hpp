@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Contact pairs of a scene: which side is the slave, which nodes take part, and what a nodal enforcement weighs.
+#pragma once
+
+#include <vector>
+
+#include "dynamics/setup/build.hpp"
+
+namespace cbr {
+
+// Fills contact_nodes and pairs. The finer surface (smaller mean face) gives the slave nodes; of equal ones the first named.
+// Returns per instance whether it is in a pair. Warns of `nodal` enforcement with the weights that it uses.
+std::vector<char> add_contact(const Scene& scene, BuiltScene& built, Report& report);
+
+}  // namespace cbr

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Nodes, surfaces and node sets of a component by name, whatever it is advanced as; and what follows from faces alone.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "common/assembly.hpp"
+#include "common/mesh/surface.hpp"
+#include "common/scene.hpp"
+#include "common/superelement.hpp"
+
+namespace cbr {
+
+// Component axes. Faces and sets index the rows of `coordinates`, which are the body's nodes.
+struct Geometry {
+  std::vector<Index> node_ids;  // of the mesh
+  Points coordinates;
+  std::map<std::string, Surface> surfaces;
+  std::map<std::string, std::vector<Index>> nodesets;
+  bool reduced = false;  // a superelement: what it does not keep is not there
+};
+
+Geometry geometry_of(const Superelement& superelement);
+Geometry geometry_of(const Mesh& mesh, const FiniteElementModel& model);
+
+// InputError at `source`, with the names there are and the cure: for a superelement, to keep the surface and reduce again.
+const Surface& find_surface(const Geometry& geometry, const std::string& instance, const std::string& name,
+                            const SourceLine& source);
+// Of a surface or a nodeset.
+std::vector<Index> find_nodes(const Geometry& geometry, const std::string& instance, const std::string& name,
+                              const SourceLine& source);
+
+// Integral of each node's shape function over the surface (n_nodes, area units; sums to the area): a uniform traction t on the
+// faces is the nodal forces t x weights. Exact for flat parallelograms and triangles of both orders; 3 x 3 Gauss points on other
+// quads.
+Vector face_weights(const Surface& surface, const Points& coordinates);
+
+}  // namespace cbr
