@@ -57,7 +57,7 @@ void fill_boxes(const Step& step, PairMemory& memory) {
           swept(step.master_body.start.row(node).transpose() + step.drift, step.master_body.end.row(node).transpose());
       box.lower = box.lower.cwiseMin(corner.lower), box.upper = box.upper.cwiseMax(corner.upper);
     }
-    const double margin = step.reach + 2 * step.options.edge_tolerance * step.master.sizes[f];
+    const double margin = std::max(step.reach, memory.depth) + 2 * step.options.edge_tolerance * step.master.sizes[f];
     memory.face_boxes[f] = {box.lower.array() - margin, box.upper.array() + margin};
   }
 }
@@ -148,11 +148,13 @@ void detect(const ContactSurface& slave, const ContactBody& slave_body, const Co
 void remember(const std::vector<Constraint>& constraints, std::size_t first, std::size_t last, const Vector& end_gap,
               const Vector& impulse, double closed, PairMemory& memory) {
   std::fill(memory.face.begin(), memory.face.end(), -1);
+  memory.depth = 0;
   for (std::size_t i = first; i < last; ++i) {
     const Constraint& c = constraints[i];
     if (impulse[i] > 0 || end_gap[i] < closed) memory.face[c.slot] = c.face;
     // end_gap counts from the offset: what has opened stays open
     double& offset = memory.offset[c.slot];
+    memory.depth = std::max(memory.depth, -end_gap[i] - offset);
     if (offset < 0) offset = std::min(0.0, offset + std::max(0.0, end_gap[i]));
   }
 }

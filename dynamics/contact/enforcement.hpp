@@ -14,9 +14,10 @@ namespace cbr {
 
 // What one enforcement did in one step.
 struct EnforcementResult {
-  Vector p;             // per constraint, >= 0
-  Vector gap;           // per constraint, at the end of the step
-  double residual = 0;  // of complementarity, see ComplementarityResult
+  Vector p;                // per constraint, >= 0
+  Vector gap;              // per constraint, at the end of the step
+  double penetration = 0;  // largest gap below 0: at the end of the step; penalty: at its start
+  double residual = 0;     // of complementarity, see ComplementarityResult
   bool fallback = false;
 };
 
@@ -33,13 +34,19 @@ struct ImpulseMemory {
 EnforcementResult enforce_impulse(const std::vector<Constraint>& constraints, const std::vector<char>& guess, double h,
                                   std::vector<ContactBody>& bodies, ImpulseMemory& memory);
 
-// `penalty`: p = k h max(0, -g) with g at the start of the step and k = penalty_share / (h x largest row sum of |W|). The row sum
-// bounds W's largest eigenvalue, so k h W <= 1/2; exact steps with omega h <= 2 are stable up to 4 cos^2(1) = 1.17, central
-// differences with (omega h)^2 <= 3.5. `stiffness` is kept between steps and only ever lowered, so that a contact does not change
-// its spring.
-constexpr double penalty_share = 0.5;
-EnforcementResult enforce_penalty(const std::vector<Constraint>& constraints, double h, std::vector<ContactBody>& bodies,
-                                  double& stiffness);
+// Kept from step to step by a penalty pair.
+struct PenaltyMemory {
+  double stiffness = 0;  // k, force per length and node; 0: not yet found
+  Index n_seen = 0;      // largest number of constraints so far
+};
+
+// `penalty`: p = k h max(0, -g) with g at the start of the step. With x = omega_max h a step of k h G G^T kicks and free motion is
+// stable for k h lambda_max(W) <= 4 - x^2 (central differences; exact motion allows 2 + 2 cos x, which is more); k = penalty_share
+// of that. k is found from the first contact and lowered when more nodes take part, so that a contact does not change its spring.
+// `x` < 2.
+constexpr double penalty_share = 0.8;
+EnforcementResult enforce_penalty(const std::vector<Constraint>& constraints, double h, double x, std::vector<ContactBody>& bodies,
+                                  PenaltyMemory& memory);
 
 // `nodal`: what a code does that knows only nodal masses (method.md): the nodes' velocities alone are changed, each weighed by
 // `masses` (per contact body m x 3, scene axes), so that no gap is negative at the end. Adds impulses; velocities(body) = impulses

@@ -57,8 +57,8 @@ void book(Simulation& sim, const Group& group, const EnforcementResult& result, 
     outcome.near[group.pairs[k]] = last > first;
     for (auto i = first; i < last; ++i) {
       outcome.active[group.pairs[k]] += result.p[i] > 0;
-      pair.recent_penetration = std::max(pair.recent_penetration, -result.gap[i] - pair.memory.offset[group.constraints[i].slot]);
     }
+    pair.recent_penetration = std::max(pair.recent_penetration, result.penetration);
     pair.recent_residual = std::max(pair.recent_residual, result.residual);
     pair.n_fallbacks += result.fallback;
     remember(group.constraints, first, last, result.gap, result.p, 1e-6 * pair.master.size, pair.memory);
@@ -123,6 +123,12 @@ void prepare(const Simulation& sim, const Group& group, double h, ContactState& 
   clear_impulses(group, state);
 }
 
+double largest_frequency(const Simulation& sim, const Group& group) {
+  double omega = 0;
+  for (const Index b : bodies_of(group)) omega = std::max(omega, sim.bodies[sim.contact_nodes[b].body]->largest_frequency());
+  return omega;
+}
+
 void solve_group(Simulation& sim, Enforcement enforcement, const std::vector<Index>& pairs, double h, bool initial,
                  ContactState& state, ContactOutcome& outcome) {
   const Group group = collect(sim, pairs, initial, state);
@@ -137,7 +143,8 @@ void solve_group(Simulation& sim, Enforcement enforcement, const std::vector<Ind
       result = enforce_impulse(group.constraints, group.guess, h, state.bodies, state.islands[pairs.front()]);
       break;
     case Enforcement::penalty:
-      result = enforce_penalty(group.constraints, h, state.bodies, sim.pairs[pairs.front()].stiffness);
+      result =
+          enforce_penalty(group.constraints, h, largest_frequency(sim, group) * h, state.bodies, sim.pairs[pairs.front()].penalty);
       break;
     case Enforcement::nodal:
       result = enforce_nodal(group.constraints, group.guess, h, state.masses, state.bodies);

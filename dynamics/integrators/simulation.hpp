@@ -19,7 +19,7 @@ struct ContactPair {
   ContactSurface slave, master;  // .body: index into Simulation::contact_nodes
   Enforcement enforcement = Enforcement::impulse;
   PairMemory memory;
-  double stiffness = 0;  // penalty; 0: not yet found
+  PenaltyMemory penalty;
   // Extremes of the run, and since the last output: largest gap below 0 at the end of a step, residual of complementarity
   double penetration = 0, residual = 0, recent_penetration = 0, recent_residual = 0;
   Index n_fallbacks = 0;

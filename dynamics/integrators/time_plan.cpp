@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <sstream>
 
 #include "common/error.hpp"
@@ -10,8 +11,8 @@
 namespace cbr {
 namespace {
 
-constexpr double automatic_share = 0.9;  // of the critical step, central differences
-constexpr double fit_tolerance = 1e-9;   // a step that overshoots by this much still fits
+constexpr double automatic_share = 0.9, penalty_step_share = 0.5;  // of the critical step: central differences; penalty contact
+constexpr double fit_tolerance = 1e-9;                             // a step that overshoots by this much still fits
 
 std::string text(double value) {
   std::ostringstream out;
@@ -28,15 +29,20 @@ struct Limit {
   const Body* body = nullptr;
 };
 
-Limit smallest(const std::vector<std::unique_ptr<Body>>& bodies, const std::vector<char>& in_contact, double exact_share,
-               double central_share) {
+Limit smallest(const std::vector<std::unique_ptr<Body>>& bodies, const std::vector<ContactKind>& contact,
+               const std::function<double(const Body&, ContactKind)>& share) {
   Limit limit;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
-    const double critical = critical_step(*bodies[b], in_contact[b]);
-    const double h = critical * (bodies[b]->is_exact() ? exact_share : central_share);
+    const double critical = critical_step(*bodies[b], contact[b] != ContactKind::none);
+    const double h = critical * share(*bodies[b], contact[b]);
     if (critical > 0 && (!limit.body || h < limit.h)) limit = {h, critical, bodies[b].get()};
   }
   return limit;
+}
+
+double automatic(const Body& body, ContactKind contact) {
+  if (contact == ContactKind::penalty) return penalty_step_share;
+  return body.is_exact() ? 1 : automatic_share;
 }
 
 }  // namespace
@@ -79,10 +85,10 @@ double critical_step(const Body& body, bool in_contact) {
 }
 
 TimePlan plan_time(const TimeOptions& options, double every, const std::vector<std::unique_ptr<Body>>& bodies,
-                   const std::vector<char>& in_contact) {
-  const Limit critical = smallest(bodies, in_contact, 1, 1);
-  const Limit limit =
-      options.cfl ? smallest(bodies, in_contact, *options.cfl, *options.cfl) : smallest(bodies, in_contact, 1, automatic_share);
+                   const std::vector<ContactKind>& contact) {
+  const Limit critical = smallest(bodies, contact, [](const Body&, ContactKind) { return 1.0; });
+  const Limit limit = options.cfl ? smallest(bodies, contact, [&](const Body&, ContactKind) { return *options.cfl; })
+                                  : smallest(bodies, contact, automatic);
   double h = limit.h;
   std::string reason = "nothing";
   if (options.step) {

@@ -31,9 +31,13 @@ TimePlan fit_steps(double h_max, double every, double end);
 // differences are unstable, and below omega h = pi the response of an exact body is definite; 2 keeps clear of it.
 double critical_step(const Body& body, bool in_contact);
 
-// From the scene's options: auto is the critical step of exact bodies and 0.9 of it for central differences.
-// InputError: a step above the critical one (unless time.force).
+// How a body takes part in contact.
+enum class ContactKind : char { none, hard, penalty };
+
+// From the scene's options: auto is the critical step of exact bodies and 0.9 of it for central differences; half of it for bodies
+// in a penalty contact, whose spring is the stiffer the further the step is below the critical one. InputError: a step above the
+// critical one (unless time.force).
 TimePlan plan_time(const TimeOptions& options, double every, const std::vector<std::unique_ptr<Body>>& bodies,
-                   const std::vector<char>& in_contact);
+                   const std::vector<ContactKind>& contact);
 
 }  // namespace cbr

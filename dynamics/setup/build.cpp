@@ -231,7 +231,7 @@ BuiltScene build(const Scene& scene, Report& report) {
     if (model.mesh_model) largest = std::max(largest, model.mesh_model->K.rows());
   const auto threads = std::make_shared<RowThreads>(largest > 2000 ? n_threads() : 1);
   for (const Instance& instance : scene.instances) add_instance(scene, instance, models[instance.component], threads, built);
-  const std::vector<char> in_contact = add_contact(scene, built, report);
+  const std::vector<ContactKind> in_contact = add_contact(scene, built, report);
   add_loads(scene, built);
   add_monitors(scene, built);
   built.simulation.plan = plan_time(*scene.time, scene.output.every, built.simulation.bodies, in_contact);

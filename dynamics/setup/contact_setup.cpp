@@ -79,15 +79,16 @@ void warn_nodal(const ContactOptions& options, const BuiltScene& built, const Co
 
 }  // namespace
 
-std::vector<char> add_contact(const Scene& scene, BuiltScene& built, Report& report) {
+std::vector<ContactKind> add_contact(const Scene& scene, BuiltScene& built, Report& report) {
   Simulation& sim = built.simulation;
-  std::vector<char> in_contact(sim.bodies.size(), 0);
+  std::vector<ContactKind> in_contact(sim.bodies.size(), ContactKind::none);
   std::vector<std::pair<ContactSide, ContactSide>> sides;
   std::map<Index, std::set<Index>> nodes;
   for (const ContactOptions& options : scene.contact) {
     sides.emplace_back(side_of(scene, built, options.first), side_of(scene, built, options.second));
     for (const ContactSide* side : {&sides.back().first, &sides.back().second}) {
-      in_contact[side->instance] = 1;
+      ContactKind& kind = in_contact[side->instance];
+      kind = std::max(kind, options.enforcement == Enforcement::penalty ? ContactKind::penalty : ContactKind::hard);
       const IndexTable& faces = side->faces.faces;
       nodes[side->instance].insert(faces.data(), faces.data() + faces.size());
     }
