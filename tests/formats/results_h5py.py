@@ -1,0 +1,115 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Two blocks meet; the results file is read as a user's script would and held against docs/formats.md, and against what must be true
+of any results: balances, and the same bytes from run to run. usage: results_h5py.py CBR_REDUCE CBR_DYN. Exit 77 without h5py."""
+import itertools
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+try:
+    import h5py
+    import numpy as np
+except ImportError as missing:
+    print(f"skipped: {missing}")
+    sys.exit(77)
+
+CELLS, SIZE, SPEED, GAP = (4, 2, 2), (1.0, 0.5, 0.5), 0.01, 1e-4
+MASS = SIZE[0] * SIZE[1] * SIZE[2]  # density 1
+SCENE = f"""
+materials: {{m: {{youngs_modulus: 1, poissons_ratio: 0.3, density: 1}}}}
+components:
+  block: {{mesh: box.msh, material: m, reduction: {{interface: contact, modes: 20}}}}
+instances:
+  left: {{component: block, as: superelement, position: [{-1 - GAP}, 0, 0], velocity: [{SPEED}, 0, 0]}}
+  right: {{component: block, as: mesh, position: [1, 0, 0], mirror: x}}
+contact: [{{between: [left.contact, right.contact]}}]
+time: {{end: 3, integrator: exact}}
+output: {{every: 0.05, history: [left.contact, right.contact]}}
+"""
+F = np.dtype("<f8")
+
+
+def write_mesh(name):
+    """A box of hexes, its face at x = 1 named 'contact' (gmsh 2.2)."""
+    nx, ny, nz = CELLS
+    number = {at: 1 + i for i, at in enumerate(itertools.product(*(range(n + 1) for n in CELLS)))}
+    nodes = [f"{i} " + " ".join(str(a * s / n) for a, s, n in zip(at, SIZE, CELLS)) for at, i in number.items()]
+    ring = [(0, 0), (1, 0), (1, 1), (0, 1)]
+    elements = []
+    for x, y, z in itertools.product(range(nx), range(ny), range(nz)):
+        corners = [number[x + a, y + b, z + c] for c in (0, 1) for a, b in ring]
+        elements.append(f"5 2 1 1 {' '.join(map(str, corners))}")
+    for y, z in itertools.product(range(ny), range(nz)):
+        elements.append(f"3 2 2 2 {' '.join(str(number[nx, y + a, z + b]) for a, b in ring)}")
+    parts = ["$MeshFormat", "2.2 0 8", "$EndMeshFormat", "$PhysicalNames", "2", '3 1 "solid"', '2 2 "contact"', "$EndPhysicalNames",
+             "$Nodes", str(len(nodes)), *nodes, "$EndNodes",
+             "$Elements", str(len(elements)), *(f"{i} {e}" for i, e in enumerate(elements, 1)), "$EndElements", ""]
+    name.write_text("\n".join(parts))
+
+
+def check_contract(file):
+    n = len(file["time"])
+    expected = {"time": (n,), "contact/active": (n,)}
+    for surface in ("left.contact", "right.contact"):
+        expected.update({f"surfaces/{surface}/{what}": (n, 3) for what in ("mean_position", "mean_velocity", "force")})
+    for instance in ("left", "right"):
+        expected.update({f"instances/{instance}/{what}": (n, 3) for what in ("center_of_mass", "momentum", "angular_momentum")})
+        expected.update({f"instances/{instance}/{what}": (n,) for what in ("kinetic_energy", "strain_energy")})
+    expected.update({f"energy/{what}": (n,) for what in ("total", "work_external", "work_contact", "work_friction")})
+    for name, shape in expected.items():
+        assert file[name].shape == shape, (name, file[name].shape)
+        assert file[name].dtype == F or name == "contact/active", (name, file[name].dtype)
+        assert np.isfinite(file[name][()]).all(), name
+    assert (file.attrs["format"], file.attrs["format_version"]) == ("cbr-results", "1.0")
+    assert file.attrs["steps"] > 0 and file.attrs["n_dofs"] > 0
+    assert isinstance(file.attrs["steps"], np.integer) and isinstance(file.attrs["n_dofs"], np.integer)
+    for phase in ("read", "setup", "steps", "write"):
+        assert file.attrs[f"wall_seconds_{phase}"] >= 0, phase
+
+
+def check_physics(file):
+    time = file["time"][()]
+    assert time[0] == 0 and np.allclose(np.diff(time), 0.05) and abs(time[-1] - 3) < 1e-9
+    left, right = file["instances/left"], file["instances/right"]
+    momentum = left["momentum"][()] + right["momentum"][()]
+    assert np.abs(momentum - [MASS * SPEED, 0, 0]).max() < 1e-9 * MASS * SPEED
+    assert abs(left["kinetic_energy"][0] / (0.5 * MASS * SPEED**2) - 1) < 1e-9
+    assert np.abs(left["center_of_mass"][0] - [-0.5 - GAP, 0.25, 0.25]).max() < 1e-12
+    assert np.abs(right["center_of_mass"][0] - [0.5, 0.25, 0.25]).max() < 1e-12
+    assert np.abs(file["surfaces/left.contact/mean_position"][0] - [-GAP, 0.25, 0.25]).max() < 1e-12
+    assert np.abs(file["surfaces/right.contact/mean_position"][0] - [0, 0.25, 0.25]).max() < 1e-12
+    active = file["contact/active"][()]
+    assert active[0] == 0 and active.max() > 0 and active[-1] == 0
+    assert left["momentum"][-1, 0] < 0.5 * MASS * SPEED < right["momentum"][-1, 0]
+    energies = sum(body[part][()] for body in (left, right) for part in ("kinetic_energy", "strain_energy"))
+    assert np.abs(file["energy/total"][()] - energies).max() < 1e-9 * energies[0]
+
+
+def datasets(name):
+    with h5py.File(name, "r") as file:
+        found = {}
+        file.visititems(lambda key, item: found.update({key: item[()].tobytes()}) if isinstance(item, h5py.Dataset) else None)
+        return found
+
+
+def main():
+    reduce, dyn = sys.argv[1:]
+    with tempfile.TemporaryDirectory() as folder:
+        folder = Path(folder)
+        write_mesh(folder / "box.msh")
+        (folder / "scene.yaml").write_text(SCENE)
+        subprocess.run([reduce, "--quiet", "scene.yaml"], cwd=folder, check=True, stdout=subprocess.DEVNULL)
+        for result in ("first.h5", "second.h5"):
+            subprocess.run([dyn, "--quiet", "scene.yaml", "-o", result], cwd=folder, check=True)
+        with h5py.File(folder / "first.h5", "r") as file:
+            for check in (check_contract, check_physics):
+                check(file)
+                print("ok", check.__name__)
+        assert datasets(folder / "first.h5") == datasets(folder / "second.h5")
+        print("ok the same bytes")
+
+
+if __name__ == "__main__":
+    main()
