@@ -62,21 +62,30 @@ std::string program_name(const CLI::App& app, int argc, char** argv) {
   return argc > 0 ? std::filesystem::path(argv[0]).filename().string() : "cbr";
 }
 
-// CLI11 says only that an argument was not expected.
-std::string near_option(const CLI::App& app) {
-  std::vector<std::string> names;
+// Long names of the options, those of option groups included.
+void collect_options(const CLI::App& app, std::vector<std::string>& names) {
   for (const auto* option : app.get_options()) {
     for (const auto& name : option->get_lnames()) names.push_back("--" + name);
   }
-  for (const auto& argument : app.remaining()) {
-    if (argument.rfind("--", 0) == 0) return nearest_name(argument.substr(0, argument.find('=')), names);
+  for (const auto* group : app.get_subcommands([](const CLI::App*) { return true; })) collect_options(*group, names);
+}
+
+// CLI11 lists what it did not expect backwards, with what an unknown option pushed out of its place.
+std::string usage_text(const CLI::App& app, const CLI::Error& error) {
+  if (error.get_exit_code() != static_cast<int>(CLI::ExitCodes::ExtrasError)) return error.what();
+  std::vector<std::string> names;
+  collect_options(app, names);
+  const auto remaining = app.remaining(true);
+  for (const auto& argument : remaining) {
+    if (argument.size() < 2 || argument[0] != '-') continue;
+    const std::string option = argument.substr(0, argument.find('='));
+    return "unknown option '" + option + "'" + nearest_name(option, names);
   }
-  return "";
+  return error.what();
 }
 
 int usage_error(const CLI::App& app, const CLI::Error& error, const std::string& program) {
-  const bool unexpected = error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError);
-  print_error(program, error.what() + (unexpected ? near_option(app) : "") + "; " + program + " --help shows the usage");
+  print_error(program, usage_text(app, error) + "; " + program + " --help shows the usage");
   return 2;
 }
 

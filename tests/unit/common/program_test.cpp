@@ -26,6 +26,7 @@ using testing::KilledBySignal;
   CommonOptions options;
   Index modes = 0;
   app.add_option("--modes", modes, "how many");
+  app.add_option_group("group")->add_option("--depth", modes, "how deep");
   add_common_options(app, options);
   arguments.insert(arguments.begin(), "cbr-test");
   std::vector<char*> argv;
@@ -50,7 +51,10 @@ TEST(ProgramDeathTest, usage) {
   const auto must_not_run = [] { throw RunError("the body ran"); };
   EXPECT_EXIT(run({"--help"}, must_not_run), ExitedWithCode(0), "^$");
   EXPECT_EXIT(run({"--version"}, must_not_run), ExitedWithCode(0), "^$");
-  EXPECT_EXIT(run({"--mode", "3"}, must_not_run), ExitedWithCode(2), "did you mean '--modes'\\?; cbr-test --help");
+  EXPECT_EXIT(run({"--mode", "3"}, must_not_run), ExitedWithCode(2),
+              "unknown option '--mode', did you mean '--modes'\\?; cbr-test --help");
+  EXPECT_EXIT(run({"--dept=3"}, must_not_run), ExitedWithCode(2), "unknown option '--dept', did you mean '--depth'\\?");
+  EXPECT_EXIT(run({"word"}, must_not_run), ExitedWithCode(2), "not expected: word");
   EXPECT_EXIT(run({"--modes", "many"}, must_not_run), ExitedWithCode(2), "--modes");
   EXPECT_EXIT(run({"--modes"}, must_not_run), ExitedWithCode(2), "--modes");
   EXPECT_EXIT(run({"--quiet", "--verbose"}, must_not_run), ExitedWithCode(2), "--quiet");
