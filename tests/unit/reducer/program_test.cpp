@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "common/error.hpp"
+#include "common/superelement.hpp"
+#include "reducer/command.hpp"
+#include "tests/unit/reducer/box_mesh.hpp"
+
+namespace cbr::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Program : public testing::Test {
+ protected:
+  Program() : folder_(fs::temp_directory_path() / ("cbr-reduce-test-" + std::to_string(::getpid()))) {
+    fs::create_directories(folder_);
+    write_mesh(box_mesh({{3, 2, 2}, {3, 2, 2}, {0, 0, 0}, 0}), folder_ / "box.msh");
+  }
+  ~Program() override { fs::remove_all(folder_); }
+
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+
+  // Runs as the program does, and returns the scene handed on.
+  std::string run(std::vector<std::string> arguments) const {
+    CLI::App app("test", "cbr-reduce");
+    ReduceCommand command;
+    add_reduce_options(app, command);
+    std::reverse(arguments.begin(), arguments.end());
+    app.parse(arguments);
+    Report report("cbr-reduce", Verbosity::quiet);
+    std::ostringstream scene;
+    run_reduce(command, &scene, report);
+    return scene.str();
+  }
+
+  std::string message_of(const std::vector<std::string>& arguments) const {
+    try {
+      run(arguments);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "no InputError";
+  }
+
+  std::vector<std::string> mesh_arguments(const std::vector<std::string>& more = {}) const {
+    std::vector<std::string> all = {path("box.msh"),    "--interface", "x_max",     "--modes", "4",  "--youngs-modulus", "1000",
+                                    "--poissons-ratio", "0.3",         "--density", "2",       "-o", path("box.cbr.h5")};
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+  }
+
+  std::string scene(const std::string& reduction, const std::string& more = "") const {
+    const std::string file = path("scene.yaml");
+    std::ofstream(file)
+        << "materials: {soft: {youngs_modulus: 1000, poissons_ratio: 0.3, density: 2}}\n"
+           "components:\n"
+           "  box: {mesh: box.msh, material: soft, reduction: "
+        << reduction << "}\n"
+        << "  twin: {mesh: box.msh, material: soft, reduction: " << reduction << "}\n"
+        << "instances:\n  a: {component: box, as: superelement}\n  b: {component: box, as: superelement, position: [9, 0, 0]}\n"
+           "  c: {component: twin, as: superelement, position: [19, 0, 0]}\n"
+        << more << "time: {end: 1.0}\n";
+    return file;
+  }
+
+  static std::string bytes(const fs::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(stream), {}};
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(Program, AMeshGivesTheSameFileAsAScene) {
+  EXPECT_EQ(run(mesh_arguments()), "");
+  const Superelement s = read_superelement(path("box.cbr.h5"));
+  EXPECT_EQ(s.k(), 4);
+  EXPECT_EQ(s.c(), 27);
+  EXPECT_EQ(s.provenance.at("mesh"), "box.msh");
+  EXPECT_EQ(s.provenance.at("block solid: youngs_modulus"), "1000");
+  EXPECT_FALSE(s.content_hash.empty());
+  const std::string by_mesh = bytes(path("box.cbr.h5"));
+  fs::remove(path("box.cbr.h5"));
+  const std::string handed_on = run({scene("{interface: [x_max], modes: 4}")});
+  EXPECT_EQ(bytes(path("box.cbr.h5")), by_mesh);
+  EXPECT_EQ(bytes(path("twin.cbr.h5")), by_mesh);
+  EXPECT_NE(handed_on.find(path("box.cbr.h5")), std::string::npos) << handed_on;
+}
+
+TEST_F(Program, ReducesOnlyWhatHasChanged) {
+  run(mesh_arguments());
+  const auto old = fs::file_time_type::clock::now() - std::chrono::hours(1);
+  const auto is_made_anew = [&](const std::vector<std::string>& more) {
+    fs::last_write_time(path("box.cbr.h5"), old);
+    run(mesh_arguments(more));
+    return fs::last_write_time(path("box.cbr.h5")) > old + std::chrono::minutes(1);
+  };
+  EXPECT_FALSE(is_made_anew({}));
+  EXPECT_TRUE(is_made_anew({"--force"}));
+  EXPECT_TRUE(is_made_anew({"--mass", "consistent"}));
+  EXPECT_TRUE(is_made_anew({"--element", "hex8"}));
+  EXPECT_TRUE(is_made_anew({"--element", "hex8", "--diagonal-limit", "3"}));
+  EXPECT_FALSE(read_superelement(path("box.cbr.h5")).has_diagonal_form());
+  EXPECT_FALSE(is_made_anew({"--element", "hex8", "--diagonal-limit", "3"}));
+  std::ofstream(path("box.cbr.h5"), std::ios::app | std::ios::binary).close();
+  fs::resize_file(path("box.cbr.h5"), 1000);
+  EXPECT_TRUE(is_made_anew({}));
+}
+
+TEST_F(Program, TheMemoryOptionChangesTheWayAndNotTheResult) {
+  run(mesh_arguments({"--recovery"}));
+  const Superelement a = read_superelement(path("box.cbr.h5"));
+  run(mesh_arguments({"--recovery", "--memory", "1kB", "--force"}));
+  const Superelement b = read_superelement(path("box.cbr.h5"));
+  EXPECT_LT((a.M_cc - b.M_cc).norm(), 1e-13 * a.M_cc.norm());
+  ASSERT_EQ(b.recovery.size(), 1u);
+  EXPECT_LT((a.recovery[0].Psi - b.recovery[0].Psi).norm(), 1e-13 * a.recovery[0].Psi.norm());
+}
+
+TEST_F(Program, RefusesWithTheCure) {
+  EXPECT_NE(message_of({path("box.msh")}).find("--youngs-modulus is missing"), std::string::npos);
+  EXPECT_NE(message_of(mesh_arguments({"--basis", "massles"})).find("massless"), std::string::npos);
+  EXPECT_NE(message_of(mesh_arguments({"--basis", "massless"})).find("not available yet"), std::string::npos);
+  EXPECT_NE(message_of(mesh_arguments({"--domains", "2"})).find("only 1"), std::string::npos);
+  EXPECT_NE(message_of(mesh_arguments({"--interface", "x_mx"})).find("x_max"), std::string::npos);
+  const std::string file = scene("{interface: [x_max], modes: 400}");
+  EXPECT_NE(message_of({file, "--modes", "3"}).find("goes with a mesh"), std::string::npos);
+  EXPECT_NE(message_of({file}).find("scene.yaml:3: component 'box'"), std::string::npos) << message_of({file});
+  EXPECT_FALSE(fs::exists(path("box.cbr.h5")));
+  EXPECT_THROW(run(mesh_arguments({"--cutoff-hz", "3"})), CLI::Error);
+  EXPECT_THROW(run(mesh_arguments({"--memory", "much"})), CLI::Error);
+}
+
+}  // namespace
+}  // namespace cbr::test
