@@ -10,8 +10,8 @@ namespace {
 
 // Panels of this many columns run at BLAS's own speed.
 constexpr Index good_panel = 512;
-// A solve with the sparse factor runs at about a third of dgemm's rate (docs/decisions/condensation.md).
-constexpr double solve_penalty = 3;
+// A solve with the sparse factor runs at about a fifth of dgemm's rate (docs/decisions/reduction.md).
+constexpr double solve_penalty = 5;
 
 void symmetrise(Matrix& A) {
   constexpr Index tile = 64;

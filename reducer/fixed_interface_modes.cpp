@@ -56,9 +56,9 @@ FixedInterfaceModes sparse_modes(const Partition& p, const SparseCholesky& facto
     Eigenpairs pairs = sparse_eigenpairs(p.K_II, p.M_II, factor, 0, k, 1e-13, ncv);
     if (!pairs.converged) {
       throw RunError("fixed-interface modes: " + std::to_string(pairs.n_converged) + " of " + std::to_string(k) + " converged in " +
-                     std::to_string(pairs.iterations) + " restarts of ARPACK: ask for a few more or fewer modes");
+                     std::to_string(pairs.iterations) + " restarts of the eigensolver: ask for a few more or fewer modes");
     }
-    report.detail("ARPACK: " + std::to_string(pairs.iterations) + " restarts");
+    report.detail(pairs.method + ": " + std::to_string(pairs.iterations) + " restarts");
     const bool proven = pairs.method == "lapack" || (count && n_missed(p, pairs.lambda) == 0);
     if (proven || !count) return {std::move(pairs.lambda), std::move(pairs.Phi), pairs.method, proven};
     // A larger Krylov space gives the lost copy of a multiple eigenvalue the round-off to grow from.

@@ -14,7 +14,7 @@ namespace cbr {
 struct FixedInterfaceModes {
   Vector lambda;        // k, (rad/s)^2, ascending
   Matrix Phi;           // n_I x k
-  std::string method;   // none, arpack, lapack
+  std::string method;   // none, arpack, block lanczos, lapack
   bool proven = false;  // by an inertia count that no mode below the last one is missing; dense ones miss none
 };
 

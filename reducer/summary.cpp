@@ -22,7 +22,7 @@ std::string modes_text(const Superelement& s, const ReductionFigures& figures) {
   std::string text = std::to_string(s.k()) + " kept";
   if (figures.n_candidates > s.k()) text += " of the lowest " + std::to_string(figures.n_candidates);
   text += ", the highest at " + format("%.6g", figures.highest_frequency) + " Hz (" + figures.mode_method;
-  if (figures.mode_method == "arpack") text += figures.modes_proven ? ", none missed by the inertia count" : ", not counted";
+  if (figures.mode_method != "lapack") text += figures.modes_proven ? ", none missed by the inertia count" : ", not counted";
   return text + ")";
 }
 

@@ -18,10 +18,11 @@ struct Eigenpairs {
   std::string method;    // "arpack", "lapack", ... for the summary
 };
 
-// The k eigenvalues nearest to sigma, all of them above it: shift-invert Lanczos (ARPACK dsaupd, mode 3: Lehoucq, Sorensen, Yang
-// 1998, doi 10.1137/1.9780898719628) about sigma with `factor` = Cholesky of K - sigma M (sigma <= 0 for a semi-definite K).
-// M symmetric positive definite. A fixed starting vector: the same input gives the same bytes. Where ARPACK cannot go
-// (k > n / 2, tiny n) the dense solver answers. `ncv`: size of the Krylov space, 0: chosen.
+// The k eigenvalues nearest to sigma, all of them above it: shift-invert Lanczos about sigma with `factor` = Cholesky of
+// K - sigma M (sigma <= 0 for a semi-definite K). M symmetric positive definite. A few modes by ARPACK (dsaupd, mode 3: Lehoucq,
+// Sorensen, Yang 1998, doi 10.1137/1.9780898719628), more by our block_lanczos, whose work is products of matrices. A fixed
+// start: the same input gives the same bytes. Where neither can go (k > n / 2, tiny n) the dense solver answers. `ncv`: size
+// of ARPACK's Krylov space, which then is the method whatever k; 0: chosen.
 Eigenpairs sparse_eigenpairs(const SparseMatrix& K, const SparseMatrix& M, const SparseCholesky& factor, double sigma, Index k,
                              double tolerance = 1e-13, Index ncv = 0);
 

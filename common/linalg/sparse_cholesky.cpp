@@ -4,13 +4,22 @@
 #include <cholmod.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cassert>
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <thread>
 #include <vector>
 
 #include "common/error.hpp"
+#include "common/program.hpp"
+
+// Of OpenBLAS; not in cblas.h of every version.
+extern "C" {
+void openblas_set_num_threads(int n);
+int openblas_get_num_threads(void);
+}
 
 namespace cbr {
 namespace {
@@ -19,6 +28,8 @@ static_assert(sizeof(SuiteSparse_long) == sizeof(Index));
 
 // Enough columns for BLAS to run at its own speed, few enough that the two workspaces (n x block) stay small beside the factor.
 constexpr Index solve_block = 128;
+// Fewer columns than this are not worth a thread.
+constexpr Index least_block = 8;
 constexpr double vanishing_pivot = 1e-13;
 
 std::string gigabytes(double bytes) {
@@ -58,11 +69,53 @@ cholmod_dense dense_view(double* x, Index rows, Index columns, Index stride) {
   return view;
 }
 
-// Everything CHOLMOD: its common block, the factor and the workspaces, freed together.
+// BLAS with one thread while several of ours call it.
+class SingleThreadedBlas {
+ public:
+  SingleThreadedBlas() : before_(openblas_get_num_threads()) { openblas_set_num_threads(1); }
+  ~SingleThreadedBlas() { openblas_set_num_threads(before_); }
+  SingleThreadedBlas(const SingleThreadedBlas&) = delete;
+  SingleThreadedBlas& operator=(const SingleThreadedBlas&) = delete;
+
+ private:
+  int before_;
+};
+
+// A common block and workspaces of its own, so that threads can solve with one factor, which solving does not change.
+struct Solver {
+  cholmod_common common{};
+  cholmod_dense *Y = nullptr, *E = nullptr;
+
+  Solver() {
+    cholmod_l_start(&common);
+    common.print = 0;
+    common.error_handler = nullptr;
+  }
+  ~Solver() {
+    cholmod_l_free_dense(&Y, &common);
+    cholmod_l_free_dense(&E, &common);
+    cholmod_l_finish(&common);
+  }
+  Solver(const Solver&) = delete;
+  Solver& operator=(const Solver&) = delete;
+
+  // X and B may share their memory: CHOLMOD permutes B to its own workspace first. False when memory ran out.
+  bool solve(cholmod_factor* L, double* b, Index stride, double* x, Index rows, Index columns) {
+    cholmod_dense B = dense_view(b, rows, columns, stride), X = dense_view(x, rows, columns, rows);
+    cholmod_dense* X_handle = &X;
+    return cholmod_l_solve2(CHOLMOD_A, L, &B, nullptr, &X_handle, nullptr, &Y, &E, &common) != 0;
+  }
+};
+
+[[noreturn]] void fail_to_solve(Index rows, Index columns) {
+  throw RunError("not enough memory to solve for " + std::to_string(columns) + " right-hand sides of " + std::to_string(rows) +
+                 " dofs (" + gigabytes(16.0 * static_cast<double>(rows * columns)) + " of workspace)");
+}
+
+// The factor and its common block, freed together.
 struct Cholmod {
   cholmod_common common{};
   cholmod_factor* L = nullptr;
-  cholmod_dense *Y = nullptr, *E = nullptr;
 
   explicit Cholmod(int supernodal) {
     cholmod_l_start(&common);
@@ -78,8 +131,6 @@ struct Cholmod {
     common.postorder = true;
   }
   ~Cholmod() {
-    cholmod_l_free_dense(&Y, &common);
-    cholmod_l_free_dense(&E, &common);
     cholmod_l_free_factor(&L, &common);
     cholmod_l_finish(&common);
   }
@@ -107,24 +158,13 @@ struct Cholmod {
   }
 
   const Index* permutation() const { return static_cast<const Index*>(L->Perm); }
-
-  // X and B may share their memory: CHOLMOD permutes B to its own workspace first.
-  void solve(double* b, Index stride, double* x, Index rows, Index columns) {
-    cholmod_dense B = dense_view(b, rows, columns, stride), X = dense_view(x, rows, columns, rows);
-    cholmod_dense* X_handle = &X;
-    const int done = cholmod_l_solve2(CHOLMOD_A, L, &B, nullptr, &X_handle, nullptr, &Y, &E, &common);
-    if (done == 0) {
-      throw RunError("not enough memory to solve for " + std::to_string(columns) + " right-hand sides of " + std::to_string(rows) +
-                     " dofs (" + gigabytes(16.0 * static_cast<double>(rows * columns)) + ")");
-    }
-    assert(X_handle == &X && X.x == x);
-  }
 };
 
 }  // namespace
 
 struct SparseCholesky::Impl {
   Cholmod cholmod{CHOLMOD_SUPERNODAL};
+  Solver single;  // for one right-hand side after another
   Index n = 0, failed = -1, weakest = -1;
   double smallest_pivot = 1;
 
@@ -186,18 +226,37 @@ double SparseCholesky::reciprocal_condition() const {
 
 void SparseCholesky::solve_in_place(Eigen::Ref<Matrix> B) const {
   assert(ok() && B.rows() == n_rows());
-  if (n_rows() == 0) return;
-  Matrix X;
-  for (Index j = 0; j < B.cols(); j += solve_block) {
-    const Index columns = std::min(solve_block, B.cols() - j);
-    if (B.outerStride() == n_rows()) {
-      impl_->cholmod.solve(B.col(j).data(), B.outerStride(), B.col(j).data(), n_rows(), columns);
-    } else {  // the solution is written without gaps between its columns
-      X.resize(n_rows(), columns);
-      impl_->cholmod.solve(B.col(j).data(), B.outerStride(), X.data(), n_rows(), columns);
-      B.middleCols(j, columns) = X;
+  if (n_rows() == 0 || B.cols() == 0) return;
+  // The supernodes are too small for BLAS's own threads: each of ours takes blocks of right-hand sides instead.
+  const Index wanted = std::max<Index>(1, std::min<Index>(n_threads(), B.cols() / least_block));
+  const Index block = std::clamp((B.cols() + wanted - 1) / wanted, Index{1}, solve_block);
+  const Index n_blocks = (B.cols() + block - 1) / block;
+  std::atomic<Index> next{0};
+  std::atomic<bool> failed{false};
+  const auto work = [&] {
+    Solver solver;
+    Matrix X;
+    for (Index i = next++; i < n_blocks && !failed; i = next++) {
+      const Index first = i * block, columns = std::min(block, B.cols() - first);
+      double* b = B.col(first).data();
+      if (B.outerStride() == n_rows()) {
+        failed = failed || !solver.solve(impl_->cholmod.L, b, B.outerStride(), b, n_rows(), columns);
+      } else {  // the solution is written without gaps between its columns
+        X.resize(n_rows(), columns);
+        failed = failed || !solver.solve(impl_->cholmod.L, b, B.outerStride(), X.data(), n_rows(), columns);
+        B.middleCols(first, columns) = X;
+      }
     }
+  };
+  if (wanted == 1) {
+    work();
+  } else {
+    const SingleThreadedBlas blas;
+    std::vector<std::jthread> threads;
+    for (Index t = 1; t < wanted; ++t) threads.emplace_back(work);
+    work();
   }
+  if (failed) fail_to_solve(n_rows(), block);
 }
 
 Matrix SparseCholesky::solve(const Matrix& B) const {
@@ -208,7 +267,8 @@ Matrix SparseCholesky::solve(const Matrix& B) const {
 
 void SparseCholesky::solve(const double* b, double* x) const {
   assert(ok());
-  if (n_rows() > 0) impl_->cholmod.solve(const_cast<double*>(b), n_rows(), x, n_rows(), 1);
+  if (n_rows() == 0) return;
+  if (!impl_->single.solve(impl_->cholmod.L, const_cast<double*>(b), n_rows(), x, n_rows(), 1)) fail_to_solve(n_rows(), 1);
 }
 
 SparseMatrix SparseCholesky::solve(const SparseMatrix& B) const {

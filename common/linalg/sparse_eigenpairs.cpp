@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "common/error.hpp"
+#include "common/linalg/block_lanczos.hpp"
 #include "common/linalg/eigenpairs.hpp"
 
 namespace cbr {
@@ -20,6 +21,8 @@ namespace {
 
 constexpr Index max_restarts = 1000;
 constexpr double orthonormality = 1e-13;
+// From here on blocks win (docs/decisions/eigen-crossover.md).
+constexpr Index least_for_blocks = 10;
 
 // What ARPACK's reverse communication asks for, as two functions of n-vectors.
 struct Operator {
@@ -156,6 +159,12 @@ void orthonormalise(const SparseMatrix& M, Matrix& Phi) {
   }
 }
 
+Eigenpairs finished(const SparseMatrix& M, Eigenpairs&& pairs) {
+  orthonormalise(M, pairs.Phi);
+  fix_signs(pairs.Phi);
+  return std::move(pairs);
+}
+
 Eigenpairs dense_answer(const SparseMatrix& K, const SparseMatrix& M, Index k) {
   bool diagonal = true;
   for (Index j = 0; diagonal && j < M.cols(); ++j) {
@@ -194,7 +203,13 @@ Eigenpairs sparse_eigenpairs(const SparseMatrix& K, const SparseMatrix& M, const
   }
   if (n <= 40 || k > n / 2) return dense_answer(K, M, k);
   assert(factor.ok() && factor.n_rows() == n);
-  // Twice k costs least for small k; for large k the projected problem would dominate, and half as much again is enough.
+  if (k >= least_for_blocks && ncv == 0) {
+    BlockLanczosOptions options;
+    options.tolerance = tolerance;
+    pairs = block_lanczos(
+        M, [&](Eigen::Ref<Matrix> B) { factor.solve_in_place(B); }, sigma, k, options);
+    if (pairs.converged) return finished(M, std::move(pairs));
+  }
   if (ncv == 0) ncv = std::max<Index>(2 * k + 1, 20);
   ncv = std::clamp(ncv, k + 1, n);
 
@@ -216,9 +231,7 @@ Eigenpairs sparse_eigenpairs(const SparseMatrix& K, const SparseMatrix& M, const
   pairs.iterations = restarts;
   pairs.converged = n_converged >= k;
   pairs.method = "arpack";
-  orthonormalise(M, pairs.Phi);
-  fix_signs(pairs.Phi);
-  return pairs;
+  return finished(M, std::move(pairs));
 }
 
 double largest_eigenvalue(const SparseMatrix& K, const Vector& M) {

@@ -31,7 +31,7 @@ TEST(SparseEigenpairs, FindsEveryCopyOfMultipleEigenvalues) {
   const SparseCholesky factor(K);
   for (const Index k : {Index{1}, Index{10}, Index{60}}) {
     const Eigenpairs pairs = sparse_eigenpairs(K, M, factor, 0, k);
-    EXPECT_EQ(pairs.method, "arpack");
+    EXPECT_EQ(pairs.method, k < 10 ? "arpack" : "block lanczos");
     expect_pairs(pairs, K, M, k);
     EXPECT_LT((pairs.lambda - exact.head(k)).cwiseAbs().maxCoeff(), 1e-12);
     // No copy missed below the next eigenvalue that differs.

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Shift-invert block Lanczos with thick restarts. For the .cpp of this folder.
+#pragma once
+
+#include <functional>
+
+#include "common/linalg/eigenpairs.hpp"
+
+namespace cbr {
+
+struct BlockLanczosOptions {
+  Index block = 0;           // 0: chosen from k
+  Index basis = 0;           // vectors before a restart, 0: chosen from k
+  double tolerance = 1e-13;  // residual in the M-norm of a Ritz pair (theta, x) of (K - sigma M)^-1 M, relative to theta
+  Index max_restarts = 200;
+};
+
+// The k eigenvalues of K x = lambda M x nearest above sigma; `solve` overwrites B (n x m) by (K - sigma M)^-1 B. Everything costly
+// is a product of matrices, and a block finds as many copies of a multiple eigenvalue as it has columns (Grimes, Lewis, Simon 1994,
+// doi 10.1137/S0895479888151111; restarts: Wu, Simon 2000, doi 10.1137/S0895479898334605). The basis is kept M-orthonormal in full.
+// converged is false when restarts ran out or a block became dependent (an invariant subspace, as in a matrix with few distinct
+// eigenvalues): then another method must answer. Phi comes without fixed signs.
+Eigenpairs block_lanczos(const SparseMatrix& M, const std::function<void(Eigen::Ref<Matrix>)>& solve, double sigma, Index k,
+                         const BlockLanczosOptions& options = {});
+
+}  // namespace cbr
