@@ -18,7 +18,7 @@ namespace cbr {
 namespace {
 
 // Candidates for pick: participation (docs/decisions/reduction.md).
-constexpr Index least_candidates = 800, candidates_per_mode = 4;
+constexpr Index least_candidates = 200, candidates_per_mode = 4;
 constexpr double singular_pivot = 1e-14, doubtful_pivot = 1e-11;
 
 double half_of_memory() {
