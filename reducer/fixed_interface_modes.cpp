@@ -15,6 +15,8 @@ namespace {
 constexpr double relative_gap = 1e-7;
 // An LDL^T without supernodes runs at about 1 GFlop/s: a count is worth at most a minute or two.
 constexpr double affordable_flops = 1e11;
+// Minutes of dense work and 5 GB, as a last resort.
+constexpr Index largest_dense = 15000;
 
 // Number of eigenvalues of (K, M) below sigma; a shift that hits an eigenvalue is moved up by a hair.
 Index inertia_below(const SparseMatrix& K, const SparseMatrix& M, double sigma) {
@@ -52,8 +54,9 @@ FixedInterfaceModes sparse_modes(const Partition& p, const SparseCholesky& facto
   const Index n = p.n_interior();
   const bool count = 4 * factor.flops() < affordable_flops;
   Index ncv = 0;
-  for (int attempt = 0; attempt < 3; ++attempt) {
+  for (int attempt = 0; attempt < 2; ++attempt) {
     Eigenpairs pairs = sparse_eigenpairs(p.K_II, p.M_II, factor, 0, k, 1e-13, ncv);
+    if (!pairs.converged && n <= largest_dense) return dense_modes(p, k);
     if (!pairs.converged) {
       throw RunError("fixed-interface modes: " + std::to_string(pairs.n_converged) + " of " + std::to_string(k) + " converged in " +
                      std::to_string(pairs.iterations) + " restarts of the eigensolver: ask for a few more or fewer modes");
@@ -62,11 +65,14 @@ FixedInterfaceModes sparse_modes(const Partition& p, const SparseCholesky& facto
     const bool proven = pairs.method == "lapack" || (count && n_missed(p, pairs.lambda) == 0);
     if (proven || !count) return {std::move(pairs.lambda), std::move(pairs.Phi), pairs.method, proven};
     // A larger Krylov space gives the lost copy of a multiple eigenvalue the round-off to grow from.
-    ncv = std::min(n, 3 * k + 40 * (attempt + 1));
+    ncv = std::min(n, 3 * k + 40);
     report.detail("the inertia count found a missed mode: again with " + std::to_string(ncv) + " Lanczos vectors");
   }
+  // Many identical parts have eigenvalues of high multiplicity, which only the dense solver cannot miss.
+  if (n <= largest_dense) return dense_modes(p, k);
   throw RunError(
-      "fixed-interface modes: the eigensolver misses one below the last (inertia count): ask for a few more or fewer modes");
+      "fixed-interface modes: the eigensolver misses one below the last (inertia count), as it may with many identical "
+      "parts: reduce the parts on their own");
 }
 
 }  // namespace

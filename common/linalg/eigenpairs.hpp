@@ -21,8 +21,9 @@ struct Eigenpairs {
 // The k eigenvalues nearest to sigma, all of them above it: shift-invert Lanczos about sigma with `factor` = Cholesky of
 // K - sigma M (sigma <= 0 for a semi-definite K). M symmetric positive definite. A few modes by ARPACK (dsaupd, mode 3: Lehoucq,
 // Sorensen, Yang 1998, doi 10.1137/1.9780898719628), more by our block_lanczos, whose work is products of matrices. A fixed
-// start: the same input gives the same bytes. Where neither can go (k > n / 2, tiny n) the dense solver answers. `ncv`: size
-// of ARPACK's Krylov space, which then is the method whatever k; 0: chosen.
+// start: the same input gives the same bytes. An eigenvalue of a higher multiplicity than the Krylov space can tell apart (many
+// identical parts) may come with copies missing: negative_inertia() proves that none is. Where neither can go (k > n / 2, tiny n)
+// the dense solver answers. `ncv`: size of ARPACK's Krylov space, which then is the method whatever k; 0: chosen.
 Eigenpairs sparse_eigenpairs(const SparseMatrix& K, const SparseMatrix& M, const SparseCholesky& factor, double sigma, Index k,
                              double tolerance = 1e-13, Index ncv = 0);
 

@@ -186,6 +186,34 @@ TEST(Reduce, ACubeLosesNoCopyOfItsMultipleModes) {
   EXPECT_LT((s.eigenvalues - dense).cwiseAbs().maxCoeff(), 1e-10 * dense(0));
 }
 
+TEST(Reduce, IdenticalPartsLoseNoCopyOfTheirModes) {
+  // 24 equal blocks apart from each other: every frequency is 24 times there.
+  const Mesh one = box_mesh({{2, 2, 3}, {1, 1, 2}, {0, 0, 0}, 0.05});
+  const Index parts = 24, n = one.coordinates.rows(), elements = one.blocks[0].connectivity.rows();
+  Mesh mesh = one;
+  mesh.nodesets.clear();
+  mesh.coordinates = one.coordinates.replicate(parts, 1);
+  mesh.blocks[0].connectivity = one.blocks[0].connectivity.replicate(parts, 1);
+  for (Index i = 1; i < parts; ++i) {
+    mesh.coordinates.middleRows(i * n, n).col(0).array() += 3.0 * static_cast<double>(i);
+    mesh.blocks[0].connectivity.middleRows(i * elements, elements).array() += i * n;
+    for (const Index id : one.node_ids) mesh.node_ids.push_back(id + 1000 * i);
+    for (const Index id : one.blocks[0].element_ids) mesh.blocks[0].element_ids.push_back(id + 1000 * i);
+    for (std::size_t s = 0; s < one.sidesets.size(); ++s) {
+      for (Side side : one.sidesets[s].sides) {
+        side.element += i * elements;
+        mesh.sidesets[s].sides.push_back(side);
+      }
+    }
+  }
+  ReduceSettings no_diagonal;
+  no_diagonal.diagonal_limit = 0;
+  const Index k = 60;
+  const Superelement s = reduced(mesh, with_modes({"z_min"}, k), MassKind::lumped, no_diagonal);
+  const Superelement part = reduced(one, with_modes({"z_min"}, 3), MassKind::lumped, no_diagonal);
+  for (Index j = 0; j < k; ++j) EXPECT_NEAR(s.eigenvalues(j), part.eigenvalues(j / parts), 1e-9 * part.eigenvalues(0)) << j;
+}
+
 TEST(Reduce, ParticipationPicksTheModesThatTheInterfaceDrives) {
   const Mesh mesh = skewed();
   ReductionOptions options = with_modes({"x_max"}, 10);
