@@ -3,9 +3,11 @@
 
 #include <atomic>
 #include <csignal>
+#include <memory>
 #include <optional>
 
 #include "common/scene.hpp"
+#include "dynamics/output/fields.hpp"
 #include "dynamics/output/results.hpp"
 #include "dynamics/setup/build.hpp"
 
@@ -32,6 +34,11 @@ void run_scene(const std::string& scene_or_dash, const std::filesystem::path& re
   RunOptions options;
   options.stop = [] { return interrupted.load(); };
   options.on_progress = [&](double fraction) { report.progress("stepping", fraction); };
+  std::unique_ptr<FieldWriter> fields;
+  if (!scene->output.fields.empty()) {
+    fields = std::make_unique<FieldWriter>(*scene, built, results, report);
+    options.on_output = [&](Index, double t) { fields->add(t); };  // counted with the steps
+  }
   RunResult result;
   {
     const auto phase = report.phase("steps");
@@ -41,9 +48,10 @@ void run_scene(const std::string& scene_or_dash, const std::filesystem::path& re
   {
     const auto phase = report.phase("write");
     write_results(results, built.simulation, result, report);
+    if (fields) fields->commit();
   }
   summarise(built, result, report);
-  report.line("results: " + results.string());
+  report.line("results: " + results.string() + (fields ? ", fields: " + fields->file().string() : ""));
   report.timings();
 }
 

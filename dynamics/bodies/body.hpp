@@ -57,9 +57,10 @@ class Body {
   virtual void predict(double t, double h) = 0;
   // Impulses (force x time) on the set's nodes at the start of the step: n x 3, scene axes.
   virtual void add_impulses(Index set, const Points& impulses) = 0;
-  // Changes the velocities of the set's nodes, and of no other coordinate, such that the end moves by h times as much: what a
-  // nodal (kinematic) enforcement does. n x 3, scene axes.
-  virtual void add_velocities(Index set, const Points& velocities) = 0;
+  // Changes the velocities of the set's nodes (n x 3, scene axes), and of no other coordinate, such that the end moves by h times
+  // as much: what a nodal (kinematic) enforcement does. Row sums do not tell all of the momentum that this brings; what is missing
+  // from `momentum` is made up by a velocity that all nodes of the set get, which is returned.
+  virtual Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) = 0;
   virtual void accept() = 0;
 
   // Change of the predicted positions of the set's dofs per unit impulse on them, for a step h.

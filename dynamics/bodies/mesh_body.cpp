@@ -158,11 +158,12 @@ void MeshBody::add_impulses(Index set, const Points& impulses) {
   }
 }
 
-void MeshBody::add_velocities(Index set, const Points& velocities) {
-  // With nodal masses the two are the same; a consistent mass is weighed by its row sums, as a nodal enforcement would have it.
+Vector3 MeshBody::add_velocities(Index set, const Points& velocities, const Vector3&) {
+  // With nodal masses impulses do just this; a consistent mass is weighed by its row sums, as a nodal enforcement would have it.
   Points impulses = velocities;
   for (Index i = 0; i < impulses.rows(); ++i) impulses.row(i) *= model_->mass[sets_[set][i]];
   add_impulses(set, impulses);
+  return Vector3::Zero();
 }
 
 void MeshBody::accept() {

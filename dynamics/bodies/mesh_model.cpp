@@ -106,10 +106,7 @@ NodeResponse MeshBody::response(Index set, double h) const {
   return response;
 }
 
-Points MeshBody::nodal_masses(Index set) const {
-  const auto& nodes = sets_[set];
-  return model_->mass(nodes).replicate(1, 3);
-}
+Points MeshBody::nodal_masses(Index set) const { return model_->mass(sets_[set]).replicate(1, 3); }
 
 void MeshBody::add_force(const Points& forces, const History& history) { loads_.push_back({forces * placement_.T, history}); }
 

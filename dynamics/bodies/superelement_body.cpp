@@ -213,11 +213,21 @@ void SuperelementBody::add_impulses(Index set, const Points& impulses) {
   }
 }
 
-void SuperelementBody::add_velocities(Index set, const Points& velocities) {
+Vector3 SuperelementBody::add_velocities(Index set, const Points& velocities, const Vector3& momentum) {
   NodeSet& s = sets_[set];
   if (s.B.size() == 0) fill_velocity_map(s);
   // change = V^T M^ [0; dv]: V^-1 of a velocity of the interface dofs alone
   f_.noalias() = s.B * flat(velocities);
+  // Uniform velocity of the set's nodes for the rest of the momentum: T E^T B [I; I; ...] extra = momentum - T E^T f   (3 x 3)
+  Matrix uniform = Matrix::Zero(f_.size(), 3);
+  for (Index i = 0; i < s.B.cols(); ++i) uniform.col(i % 3) += s.B.col(i);
+  const auto to_momentum = form_->E.leftCols(3).transpose();
+  const Eigen::LDLT<Matrix3> mass(placement_.T * (to_momentum * uniform));
+  Vector3 extra = Vector3::Zero();
+  if (mass.info() == Eigen::Success && mass.isPositive()) {
+    extra = mass.solve(momentum - placement_.T * (to_momentum * f_));
+    f_.noalias() += uniform * extra;
+  }
   if (is_exact()) {
     if (!end_kicked_) end_kick_.setZero();
     end_kick_ += f_;
@@ -229,6 +239,7 @@ void SuperelementBody::add_velocities(Index set, const Points& velocities) {
   }
   eta_end_ += h_ * f_;
   v_end_ += f_;
+  return extra;
 }
 
 void SuperelementBody::accept() {

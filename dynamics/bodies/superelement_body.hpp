@@ -45,7 +45,7 @@ class SuperelementBody final : public Body {
 
   void predict(double t, double h) override;
   void add_impulses(Index set, const Points& impulses) override;
-  void add_velocities(Index set, const Points& velocities) override;
+  Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
   void accept() override;
 
   NodeResponse response(Index set, double h) const override;

@@ -31,8 +31,8 @@ Points SuperelementBody::nodal_masses(Index set) const {
     Vector3 of_node = Vector3::Zero();  // component axes
     for (int d = 0; d < 3; ++d) {
       const Index row = rows_(s.nodes[i], d) - k;
-      if (row < 0) continue;
-      for (Index j = 0; j < c; ++j) of_node[d] += superelement_->dof_component[j] == d ? superelement_->M_cc(j, row) : 0;
+      for (Index j = 0; row >= 0 && j < c; ++j)
+        of_node[d] += superelement_->dof_component[j] == d ? superelement_->M_cc(j, row) : 0;
     }
     masses.row(i) = (placement_.T.cwiseAbs2() * of_node).transpose();
   }

@@ -80,7 +80,6 @@ EnforcementResult enforce_nodal(const std::vector<Constraint>& constraints, cons
   // S = h / m of each node and direction: the mass matrix by its row sums
   std::vector<ContactBody> weighed(bodies.size());
   for (std::size_t b = 0; b < bodies.size(); ++b) {
-    if (masses[b].rows() == 0) continue;
     const Eigen::Map<const Vector> m(masses[b].data(), masses[b].size());
     weighed[b].response.diagonal = h * m.cwiseInverse();
   }

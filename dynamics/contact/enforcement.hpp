@@ -44,13 +44,13 @@ struct PenaltyMemory {
 // stable for k h lambda_max(W) <= 4 - x^2 (central differences; exact motion allows 2 + 2 cos x, which is more); k = penalty_share
 // of that. k is found from the first contact and lowered when more nodes take part, so that a contact does not change its spring.
 // `x` < 2.
-constexpr double penalty_share = 0.8;
+constexpr double penalty_share = 0.2;
 EnforcementResult enforce_penalty(const std::vector<Constraint>& constraints, double h, double x, std::vector<ContactBody>& bodies,
                                   PenaltyMemory& memory);
 
 // `nodal`: what a code does that knows only nodal masses (method.md): the nodes' velocities alone are changed, each weighed by
-// `masses` (per contact body m x 3, scene axes), so that no gap is negative at the end. Adds impulses; velocities(body) = impulses
-// / masses.
+// `masses` (per contact body m x 3, scene axes), so that no gap is negative at the end. Adds impulses; velocity changes are
+// impulses / masses.
 EnforcementResult enforce_nodal(const std::vector<Constraint>& constraints, const std::vector<char>& guess, double h,
                                 const std::vector<Points>& masses, std::vector<ContactBody>& bodies);
 

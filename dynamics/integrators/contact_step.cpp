@@ -104,8 +104,9 @@ void deliver(Simulation& sim, const Group& group, bool nodal, double h, ContactS
     state.impulses_since_output[b] += body.impulses;
     if (nodal) {
       const Points velocities = body.impulses.cwiseQuotient(state.masses[b]);
-      sim.bodies[nodes.body]->add_velocities(nodes.set, velocities);
-      body.end += h * velocities;
+      const Vector3 momentum = body.impulses.colwise().sum().transpose();
+      const Vector3 extra = sim.bodies[nodes.body]->add_velocities(nodes.set, velocities, momentum);
+      body.end += h * (velocities.rowwise() + extra.transpose());
     } else {
       sim.bodies[nodes.body]->add_impulses(nodes.set, body.impulses);
       move_end(body);

@@ -11,8 +11,8 @@
 namespace cbr {
 namespace {
 
-constexpr double automatic_share = 0.9, penalty_step_share = 0.5;  // of the critical step: central differences; penalty contact
-constexpr double fit_tolerance = 1e-9;                             // a step that overshoots by this much still fits
+constexpr double automatic_share = 0.9, penalty_step_share = 0.25;  // of the critical step: central differences; penalty contact
+constexpr double fit_tolerance = 1e-9;                              // a step that overshoots by this much still fits
 
 std::string text(double value) {
   std::ostringstream out;

@@ -62,7 +62,7 @@ std::vector<HeldDirection> held_directions(const Scene& scene, const Instance& i
   return list;
 }
 
-std::unique_ptr<Body> superelement_instance(const Scene& scene, const Instance& instance, const ComponentModel& model) {
+std::unique_ptr<SuperelementBody> superelement_instance(const Scene& scene, const Instance& instance, const ComponentModel& model) {
   std::shared_ptr<const DiagonalForm> form = model.form;
   if (is_held(scene, instance)) {
     form = std::make_shared<DiagonalForm>(held_diagonal_form(*model.superelement, held_directions(scene, instance, *model.geometry),
@@ -164,7 +164,7 @@ void add_mesh_model(const Scene& scene, const Component& component, Report& repo
   const auto phase = report.phase("setup");
   model.properties = block_properties(scene, component, *model.mesh);
   fe = assemble(*model.mesh, model.properties, component.mass);
-  model.fe_nodes = fe.nodes;
+  model.body_node = fe.row;
   model.mesh_geometry = std::make_shared<Geometry>(geometry_of(*model.mesh, fe));
   model.mesh_model =
       std::make_shared<MeshModel>(mesh_model(fe, model.mesh_geometry->coordinates, component.mass == MassKind::lumped));
@@ -179,11 +179,14 @@ void add_instance(const Scene& scene, const Instance& instance, const ComponentM
     of.geometry = model.geometry;
     of.superelement = model.superelement;
     of.mass = model.superelement->rigid_body.mass;
-    built.simulation.bodies.push_back(superelement_instance(scene, instance, model));
+    auto body = superelement_instance(scene, instance, model);
+    of.superelement_body = body.get();
+    built.simulation.bodies.push_back(std::move(body));
   } else {
     of.geometry = model.mesh_geometry;
     of.mesh = model.mesh;
     of.properties = model.properties;
+    of.body_node = model.body_node;
     of.mass = model.mesh_model->rigid_body.mass;
     built.simulation.bodies.push_back(std::make_unique<MeshBody>(instance.name, model.mesh_model, of.placement,
                                                                  held_directions(scene, instance, *model.mesh_geometry), threads));

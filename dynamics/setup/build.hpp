@@ -23,7 +23,7 @@ struct ComponentModel {
   std::shared_ptr<Geometry> mesh_geometry;     // as: mesh; the three below too
   std::shared_ptr<Mesh> mesh;
   std::vector<BlockProperties> properties;  // per block of the mesh
-  std::vector<Index> fe_nodes;              // node i of the body is node fe_nodes[i] of the mesh
+  std::vector<Index> body_node;             // of each node of the mesh: the body's node, or -1
   std::shared_ptr<MeshModel> mesh_model;
 };
 
@@ -36,6 +36,8 @@ struct BuiltScene {
     std::shared_ptr<const Superelement> superelement;  // or
     std::shared_ptr<const Mesh> mesh;
     std::vector<BlockProperties> properties;
+    std::vector<Index> body_node;                         // of each node of the mesh
+    const SuperelementBody* superelement_body = nullptr;  // owned by the simulation
     Placement placement;
     double mass = 0;
   };

@@ -69,9 +69,10 @@ void warn_nodal(const ContactOptions& options, const BuiltScene& built, const Co
     const ContactNodes& contact = built.simulation.contact_nodes[surface->body];
     const Body& body = *built.simulation.bodies[contact.body];
     const Points masses = body.nodal_masses(contact.set);
-    const Vector3 sum = masses(surface->nodes, Eigen::all).colwise().sum().transpose();
+    double sum = 0;  // mean over the three directions
+    for (const Index node : surface->nodes) sum += masses.row(node).mean();
     const double total = built.instances[contact.body].mass;
-    text << (surface == &pair.slave ? " " : " and ") << sum.mean() / total << " of the mass of '" << body.name() << "'";
+    text << (surface == &pair.slave ? " " : " and ") << sum / total << " of the mass of '" << body.name() << "'";
   }
   text << " (1: a perfectly plastic impact of whole bodies): use enforcement: impulse for a right answer";
   report.warning(text.str());

@@ -131,7 +131,7 @@ TEST(SuperelementBody, EnergyBalanceClosesToRoundOff) {
     for (int step = 0; step < 400; ++step) {
       body.predict(step * h, h);
       if (step % 7 == 0) body.add_impulses(set, random_points(random, 3, 0.4));
-      if (step % 11 == 0) body.add_velocities(set, random_points(random, 3, 0.05));
+      if (step % 11 == 0) body.add_velocities(set, random_points(random, 3, 0.05), Vector3(0.1, 0, -0.1));
       body.accept();
       largest = std::max(largest, energy(body));
       EXPECT_LT(std::abs(energy(body) - start - body.work().external - body.work().contact), 2e-12 * largest) << step;
@@ -237,15 +237,18 @@ TEST(SuperelementBody, MotionBoundHoldsTheMotion) {
 
 TEST(SuperelementBody, NodalVelocitiesLeaveModalCoordinatesAlone) {
   SuperelementBody body = make_body(9, Scheme::exact);
-  const Index set = body.track({3});
-  Points dv(1, 3);
-  dv << 1, -2, 3;
+  const Index set = body.track(all_nodes(body));
+  Points dv = Points::Zero(body.n_nodes(), 3);
+  dv.row(3) << 1, -2, 3;
   body.predict(0, 1e-9);
-  body.add_velocities(set, dv);
   const Vector before = body.coordinate_rates();
+  const Vector3 momentum = body.state().momentum, wanted(0.3, 0.2, 0.1);
+  const Vector3 extra = body.add_velocities(set, dv, wanted);
   body.accept();
+  EXPECT_LT((body.state().momentum - momentum - wanted).norm(), 1e-10);
   const Vector change = body.coordinate_rates() - before;
-  EXPECT_LT(change.head(9).norm(), 1e-7);  // the start of the step is not its end: 1e-9 s of motion in between
+  EXPECT_LT(change.head(9).norm(), 1e-6);  // the start of the step is not its end: 1e-9 s of motion in between
+  dv.rowwise() += extra.transpose();
   EXPECT_NEAR(change.norm(), dv.norm(), 1e-6);
 }
 

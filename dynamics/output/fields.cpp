@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/output/fields.hpp"
+
+#include <algorithm>
+#include <fstream>
+#include <iomanip>
+#include <set>
+#include <sstream>
+
+#include "common/error.hpp"
+
+namespace cbr {
+namespace {
+
+struct Cell {
+  const char* topology;
+  std::vector<int> order;  // VTK's node i is our node order[i]
+};
+
+// Exodus numbers the upright mid-edges of a hex before the upper ones, VTK after them. A hex27 is shown by its first 20 nodes.
+Cell cell_of(ElementType type) {
+  switch (type) {
+    case ElementType::tet4:
+      return {"Tetrahedron", {0, 1, 2, 3}};
+    case ElementType::tet10:
+      return {"Tetrahedron_10", {0, 1, 2, 3, 4, 5, 6, 7, 8, 9}};
+    case ElementType::pyramid5:
+      return {"Pyramid", {0, 1, 2, 3, 4}};
+    case ElementType::wedge6:
+      return {"Wedge", {0, 1, 2, 3, 4, 5}};
+    case ElementType::hex8:
+      return {"Hexahedron", {0, 1, 2, 3, 4, 5, 6, 7}};
+    case ElementType::hex20:
+    case ElementType::hex27:
+      return {"Hexahedron_20", {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 16, 17, 18, 19, 12, 13, 14, 15}};
+    default:
+      return {"", {}};
+  }
+}
+
+const char* topology_of(FaceKind kind) {
+  switch (kind) {
+    case FaceKind::tri3:
+      return "Triangle";
+    case FaceKind::tri6:
+      return "Triangle_6";
+    case FaceKind::quad8:
+      return "Quadrilateral_8";
+    default:
+      return "Quadrilateral";
+  }
+}
+
+// The faces of all surfaces of one kind, each once.
+IndexTable faces_of_kind(const Superelement& superelement, FaceKind kind) {
+  std::set<std::vector<Index>> seen;
+  std::vector<std::vector<Index>> faces;
+  for (const Surface& surface : superelement.surfaces) {
+    if (surface.kind != kind) continue;
+    for (Index f = 0; f < surface.n_faces(); ++f) {
+      std::vector<Index> nodes(surface.faces.row(f).begin(), surface.faces.row(f).end()), key = nodes;
+      std::sort(key.begin(), key.end());
+      if (seen.insert(key).second) faces.push_back(std::move(nodes));
+    }
+  }
+  IndexTable table(static_cast<Index>(faces.size()), n_nodes(kind));
+  for (Index f = 0; f < table.rows(); ++f)
+    for (Index a = 0; a < table.cols(); ++a) table(f, a) = faces[f][a];
+  return table;
+}
+
+Points placed(const Points& X, const Placement& placement) {
+  return (X * placement.T.transpose()).rowwise() + placement.position.transpose();
+}
+
+std::string escaped(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    if (c == '&')
+      out += "&amp;";
+    else if (c == '<')
+      out += "&lt;";
+    else if (c == '"')
+      out += "&quot;";
+    else
+      out += c;
+  }
+  return out;
+}
+
+std::string step_group(std::size_t step) { return "/steps/" + std::to_string(step) + "/"; }
+std::string grid_group(std::size_t grid) { return "/grids/" + std::to_string(grid) + "/"; }
+
+std::string item(const std::filesystem::path& heavy, const std::string& dataset, Index rows, Index columns, bool integer) {
+  std::ostringstream out;
+  out << "<DataItem Format=\"HDF\" NumberType=\"" << (integer ? "Int" : "Float") << "\" Precision=\"8\" Dimensions=\"" << rows
+      << ' ' << columns << "\">" << escaped(heavy.string()) << ':' << dataset << "</DataItem>";
+  return out.str();
+}
+
+}  // namespace
+
+FieldWriter::FieldWriter(const Scene& scene, const BuiltScene& built, const std::filesystem::path& results, Report& report)
+    : built_(built), fields_(scene.output.fields) {
+  xdmf_ = results;
+  xdmf_.replace_extension(".xdmf");
+  std::filesystem::path heavy = results;
+  heavy.replace_extension(".fields.h5");
+  heavy_name_ = heavy.filename();
+  heavy_ = std::make_unique<Hdf5Writer>(heavy);
+  for (Index i = 0; i < static_cast<Index>(built.instances.size()); ++i) add_instance_grids(scene, i, report);
+  for (std::size_t g = 0; g < grids_.size(); ++g) {
+    heavy_->write(grid_group(g) + "points", grids_[g].points);
+    heavy_->write(grid_group(g) + "cells", grids_[g].cells);
+  }
+}
+
+bool FieldWriter::wanted(const std::string& field) const {
+  return std::find(fields_.begin(), fields_.end(), field) != fields_.end();
+}
+
+void FieldWriter::add_instance_grids(const Scene& scene, Index i, Report& report) {
+  const auto& of = built_.instances[i];
+  FieldGrid grid;
+  grid.instance = i;
+  grid.points = built_.simulation.bodies[i]->reference_positions();
+  const std::vector<Block>* blocks = of.mesh ? &of.mesh->blocks : nullptr;
+  std::vector<BlockProperties> properties = of.properties;
+  if (of.superelement) {
+    for (const FaceKind kind : {FaceKind::tri3, FaceKind::quad4, FaceKind::tri6, FaceKind::quad8}) {
+      grid.cells = faces_of_kind(*of.superelement, kind);
+      grid.name = of.name + ".interface";
+      grid.topology = topology_of(kind);
+      if (grid.cells.rows() > 0) grids_.push_back(grid);
+    }
+    if (of.superelement->recovery.empty()) {
+      if (wanted("stress"))
+        report.line("note: no stress of '" + of.name + "': its superelement has no recovery data (reduction.recovery: true)");
+      return;
+    }
+    const Superelement::Recovery& recovery = of.superelement->recovery.front();
+    blocks = &recovery.blocks;
+    grid.recovered = true;
+    Points X(of.superelement->coordinates.rows() + recovery.coordinates.rows(), 3);
+    X << of.superelement->coordinates, recovery.coordinates;
+    grid.points = placed(X, of.placement);
+    Mesh shell;  // only names and types of blocks are asked for
+    shell.blocks = recovery.blocks;
+    properties = block_properties(scene, scene.components.at(of.component), shell);
+  }
+  for (std::size_t b = 0; b < blocks->size(); ++b) {
+    const Block& block = (*blocks)[b];
+    const Cell cell = cell_of(block.type);
+    if (cell.order.empty() || block.connectivity.rows() == 0) continue;
+    grid.name = of.name + "." + block.name;
+    grid.topology = cell.topology;
+    grid.block = &block;
+    grid.properties = properties[b];
+    grid.cells.resize(block.connectivity.rows(), static_cast<Index>(cell.order.size()));
+    for (Index e = 0; e < grid.cells.rows(); ++e) {
+      for (Index a = 0; a < grid.cells.cols(); ++a) {
+        const Index node = block.connectivity(e, cell.order[a]);
+        grid.cells(e, a) = of.mesh ? of.body_node[node] : node;
+      }
+    }
+    grids_.push_back(grid);
+  }
+}
+
+FieldWriter::Motion FieldWriter::motion_of(const FieldGrid& grid) const {
+  Motion motion;
+  const Body& body = *built_.simulation.bodies[grid.instance];
+  if (!grid.recovered) {
+    body.displacements(motion.u, motion.v);
+    return motion;
+  }
+  const auto& of = built_.instances[grid.instance];
+  const Superelement& s = *of.superelement;
+  const Superelement::Recovery& recovery = s.recovery.front();
+  Points interface_u, interface_v;
+  body.displacements(interface_u, interface_v);
+  const auto whole = [&](const Points& interface_motion, const Vector& q) {
+    // u_I = Psi u_c + Phi q_k, then to the scene's axes
+    const Vector u_I = recovery.Psi * q.tail(s.c()) + recovery.Phi * q.head(s.k());
+    Points u(grid.points.rows(), 3);
+    u.topRows(interface_motion.rows()) = interface_motion;
+    u.bottomRows(u_I.size() / 3) = Eigen::Map<const Points>(u_I.data(), u_I.size() / 3, 3) * of.placement.T.transpose();
+    return u;
+  };
+  motion.u = whole(interface_u, of.superelement_body->coordinates());
+  motion.v = whole(interface_v, of.superelement_body->coordinate_rates());
+  return motion;
+}
+
+// e x 6 in XDMF's order xx xy xz yy yz zz, scene axes.
+Matrix FieldWriter::stresses(const FieldGrid& grid, const Points& u) const {
+  const auto& of = built_.instances[grid.instance];
+  const IndexTable& connectivity = grid.block->connectivity;
+  const Matrix3& T = of.placement.T;
+  Matrix out(connectivity.rows(), 6);
+  Points X(connectivity.cols(), 3), u_e(connectivity.cols(), 3);
+  for (Index e = 0; e < connectivity.rows(); ++e) {
+    for (Index a = 0; a < connectivity.cols(); ++a) {
+      const Index node = of.mesh ? of.body_node[connectivity(e, a)] : connectivity(e, a);
+      X.row(a) = (grid.points.row(node) - of.placement.position.transpose()) * T;
+      u_e.row(a) = u.row(node) * T;
+    }
+    const auto s = element_stress(grid.block->type, grid.properties.hex8, X, grid.properties.material, u_e);
+    Matrix3 sigma;
+    sigma << s[0], s[3], s[5], s[3], s[1], s[4], s[5], s[4], s[2];
+    sigma = (T * sigma * T.transpose()).eval();
+    out.row(e) << sigma(0, 0), sigma(0, 1), sigma(0, 2), sigma(1, 1), sigma(1, 2), sigma(2, 2);
+  }
+  return out;
+}
+
+void FieldWriter::add(double t) {
+  const std::string step = step_group(times_.size());
+  for (std::size_t g = 0; g < grids_.size(); ++g) {
+    const Motion motion = motion_of(grids_[g]);
+    const std::string group = step + std::to_string(g) + "/";
+    if (wanted("displacement")) heavy_->write(group + "displacement", motion.u);
+    if (wanted("velocity")) heavy_->write(group + "velocity", motion.v);
+    if (wanted("stress") && grids_[g].block) heavy_->write(group + "stress", stresses(grids_[g], motion.u));
+  }
+  times_.push_back(t);
+}
+
+void FieldWriter::commit() {
+  std::ostringstream out;
+  out << std::setprecision(17)
+      << "<?xml version=\"1.0\"?>\n<Xdmf Version=\"3.0\">\n<Domain>\n<Grid Name=\"time\" GridType=\"Collection\" "
+         "CollectionType=\"Temporal\">\n";
+  for (std::size_t step = 0; step < times_.size(); ++step) {
+    out << "<Grid Name=\"scene\" GridType=\"Collection\" CollectionType=\"Spatial\">\n<Time Value=\"" << times_[step] << "\"/>\n";
+    for (std::size_t g = 0; g < grids_.size(); ++g) {
+      const FieldGrid& grid = grids_[g];
+      const Index n = grid.points.rows(), e = grid.cells.rows();
+      out << "<Grid Name=\"" << escaped(grid.name) << "\" GridType=\"Uniform\">\n<Topology TopologyType=\"" << grid.topology
+          << "\" NumberOfElements=\"" << e << "\">" << item(heavy_name_, grid_group(g) + "cells", e, grid.cells.cols(), true)
+          << "</Topology>\n<Geometry GeometryType=\"XYZ\">" << item(heavy_name_, grid_group(g) + "points", n, 3, false)
+          << "</Geometry>\n";
+      for (const std::string field : {"displacement", "velocity", "stress"}) {
+        const bool stress = field == "stress";
+        if (!wanted(field) || (stress && !grid.block)) continue;
+        out << "<Attribute Name=\"" << field << "\" AttributeType=\"" << (stress ? "Tensor6" : "Vector") << "\" Center=\""
+            << (stress ? "Cell" : "Node") << "\">"
+            << item(heavy_name_, step_group(step) + std::to_string(g) + "/" + field, stress ? e : n, stress ? 6 : 3, false)
+            << "</Attribute>\n";
+      }
+      out << "</Grid>\n";
+    }
+    out << "</Grid>\n";
+  }
+  out << "</Grid>\n</Domain>\n</Xdmf>\n";
+  heavy_->commit();
+  std::filesystem::path temporary = xdmf_;
+  temporary += ".tmp";
+  std::ofstream file(temporary);
+  file << out.str();
+  file.close();
+  std::error_code error;
+  if (file) std::filesystem::rename(temporary, xdmf_, error);
+  if (!file || error) {
+    std::filesystem::remove(temporary, error);
+    throw RunError(xdmf_.string() + ": cannot be written");
+  }
+}
+
+}  // namespace cbr

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Fields for ParaView: XDMF (opened by ParaView 5.11 with its time steps) over an HDF5 file.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/hdf5_file.hpp"
+#include "common/report.hpp"
+#include "dynamics/setup/build.hpp"
+
+namespace cbr {
+
+// One grid of the file: part of an instance with one kind of cell. Points are the undeformed ones in the scene's axes; displacement
+// is relative to them.
+struct FieldGrid {
+  std::string name;
+  std::string topology;  // XDMF's name: Hexahedron, Quadrilateral, ...
+  Index instance = 0;
+  IndexTable cells;        // e x n, VTK's order of nodes
+  Points points;           // p x 3
+  bool recovered = false;  // points are [interface; interior] of a superelement with recovery data
+  // For stress, which needs the element: empty type list otherwise
+  const Block* block = nullptr;
+  BlockProperties properties;
+};
+
+// Writes RESULTS.xdmf and RESULTS.fields.h5 beside the results file. Nothing is left behind without commit().
+class FieldWriter {
+ public:
+  // `fields`: displacement, velocity, stress. Says on the report what cannot be shown.
+  FieldWriter(const Scene& scene, const BuiltScene& built, const std::filesystem::path& results, Report& report);
+  void add(double t);  // the state of the bodies now
+  void commit();       // RunError when the disk refuses
+  const std::filesystem::path& file() const { return xdmf_; }
+
+ private:
+  struct Motion {
+    Points u, v;
+  };
+  Motion motion_of(const FieldGrid& grid) const;
+  void add_instance_grids(const Scene& scene, Index instance, Report& report);
+  Matrix stresses(const FieldGrid& grid, const Points& u) const;
+  bool wanted(const std::string& field) const;
+
+  const BuiltScene& built_;
+  std::vector<std::string> fields_;
+  std::filesystem::path xdmf_, heavy_name_;
+  std::unique_ptr<Hdf5Writer> heavy_;
+  std::vector<FieldGrid> grids_;
+  std::vector<double> times_;
+};
+
+}  // namespace cbr
