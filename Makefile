@@ -6,13 +6,14 @@ PRESET ?= release
 PYTHON ?= /usr/bin/python3
 export PYTHON
 
-.PHONY: help packages build test demo install check bench clean
+.PHONY: help packages configure programs build test demo install check clean
 .DEFAULT_GOAL := help
 
 help:
 	@echo "make demo      packages, build, the paper's block impact through all three programs, plots"
 	@echo "make test      packages, build, all tests"
-	@echo "make build     the three programs, in $(BUILD)/bin"
+	@echo "make programs  the three programs, in $(BUILD)/bin"
+	@echo "make build     the programs, the tests and the benchmarks"
 	@echo "make check     format and include directions, without building"
 	@echo "make packages  install the Debian packages of packages.txt (apt-get; sudo when not root)"
 	@echo "make install   build and install under PREFIX (default /usr/local)"
@@ -21,8 +22,13 @@ help:
 packages:
 	@scripts/install-packages packages.txt
 
-build: packages
+configure: packages
 	cmake --preset $(PRESET) -B $(BUILD)
+
+programs: configure
+	cmake --build $(BUILD) --parallel $(JOBS) --target cbr-reduce cbr-skin cbr-dyn
+
+build: configure
 	cmake --build $(BUILD) --parallel $(JOBS)
 
 test: build check
@@ -31,7 +37,7 @@ test: build check
 check:
 	@$(PYTHON) tests/check_includes.py
 
-demo: build
+demo: programs
 	$(MAKE) -C tests/cases/block-impact BIN=$(abspath $(BUILD))/bin
 
 PREFIX ?= /usr/local
