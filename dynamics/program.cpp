@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/program.hpp"
 
-#include <atomic>
-#include <csignal>
 #include <memory>
 #include <optional>
 
@@ -12,19 +10,7 @@
 #include "dynamics/setup/build.hpp"
 
 namespace cbr {
-namespace {
-
-// Set by a signal; the loop then ends with an error, and files not yet renamed go with their writers.
-std::atomic<bool> interrupted = false;
-static_assert(std::atomic<bool>::is_always_lock_free);
-
-void on_signal(int) { interrupted = true; }
-
-}  // namespace
-
 void run_scene(const std::string& scene_or_dash, const std::filesystem::path& results, Report& report) {
-  std::signal(SIGINT, on_signal);
-  std::signal(SIGTERM, on_signal);
   std::optional<Scene> scene;
   {
     const auto phase = report.phase("read");
@@ -32,7 +18,6 @@ void run_scene(const std::string& scene_or_dash, const std::filesystem::path& re
   }
   BuiltScene built = build(*scene, report);
   RunOptions options;
-  options.stop = [] { return interrupted.load(); };
   options.on_progress = [&](double fraction) { report.progress("stepping", fraction); };
   std::unique_ptr<FieldWriter> fields;
   if (!scene->output.fields.empty()) {

@@ -12,13 +12,19 @@ namespace cbr {
 
 NodeResponse SuperelementBody::response(Index set, double h) const {
   const NodeSet& s = sets_[set];
-  // S = V_c diag(sin(omega h)/omega) V_c^T, or h V_c V_c^T   (3m x 3m). Below omega h = pi the weights are positive.
+  // S = V_c diag(sin(omega h)/omega) V_c^T, or h V_c V_c^T   (3m x 3m). Below omega h = pi the weights are positive: half the work.
   Vector weight = Vector::Constant(form_->omega.size(), h);
   if (is_exact()) weight = propagator(h).s;
   NodeResponse response;
-  const Matrix scaled = weight.asDiagonal() * s.Vt;
-  response.dense.noalias() = s.Vt.transpose() * scaled;
-  response.dense = (0.5 * (response.dense + response.dense.transpose())).eval();
+  const Index m = s.Vt.cols();
+  if (weight.minCoeff() >= 0) {
+    const Matrix scaled = weight.cwiseSqrt().asDiagonal() * s.Vt;
+    response.dense.setZero(m, m);
+    response.dense.selfadjointView<Eigen::Lower>().rankUpdate(scaled.transpose());
+  } else {
+    response.dense.noalias() = s.Vt.transpose() * (weight.asDiagonal() * s.Vt);
+  }
+  response.dense.triangularView<Eigen::StrictlyUpper>() = response.dense.transpose();
   return response;
 }
 

@@ -80,7 +80,6 @@ struct RunOptions {
   bool jumps = true;                                    // false: every step is taken (for tests)
   std::function<void(Index step, double t)> on_output;  // after the bodies have arrived there
   std::function<void(double fraction)> on_progress;     // now and then
-  std::function<bool()> stop;                           // asked now and then; true: RunError
 };
 
 // RunError when the motion stops being finite, by time and instance.

@@ -84,8 +84,6 @@ class TimeLoop {
 
   void look_up(Index step) {
     if (options_.on_progress) options_.on_progress(plan().time(step) / plan().end);
-    if (options_.stop && options_.stop())
-      throw RunError("interrupted at t = " + std::to_string(plan().time(step)) + ": nothing written");
   }
 
   // Brings an exact body that has been left behind to `step` in one jump.

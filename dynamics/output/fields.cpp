@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "common/error.hpp"
+#include "common/output_file.hpp"
 
 namespace cbr {
 namespace {
@@ -254,17 +255,12 @@ void FieldWriter::commit() {
   }
   out << "</Grid>\n</Domain>\n</Xdmf>\n";
   heavy_->commit();
-  std::filesystem::path temporary = xdmf_;
-  temporary += ".tmp";
-  std::ofstream file(temporary);
+  TemporaryFile temporary(xdmf_);
+  std::ofstream file(temporary.path());
   file << out.str();
   file.close();
-  std::error_code error;
-  if (file) std::filesystem::rename(temporary, xdmf_, error);
-  if (!file || error) {
-    std::filesystem::remove(temporary, error);
-    throw RunError(xdmf_.string() + ": cannot be written");
-  }
+  if (!file) throw RunError(xdmf_.string() + ": cannot be written");
+  temporary.commit();
 }
 
 }  // namespace cbr

@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Whole runs from a scene file: results, fields, refusals.
+#include "dynamics/program.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <regex>
+
+#include "common/error.hpp"
+#include "common/hdf5_file.hpp"
+#include "tests/unit/dynamics/bricks.hpp"
+
+namespace cbr {
+namespace {
+
+// A folder with a mesh, a scene of two blocks, and the block's superelement, made anew for each test.
+class Program : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = std::filesystem::temp_directory_path() / ("cbr-dyn-test-" + std::to_string(::getpid()));
+    std::filesystem::create_directories(folder_);
+    write_mesh(test::brick({4, 2, 2}, Vector3(1, 0.5, 0.5)), folder_ / "block.msh");
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  std::string scene(const std::string& kind, const std::string& contact = "", const std::string& time = "",
+                    const std::string& more = "") {
+    const std::filesystem::path file = folder_ / "scene.yaml";
+    std::ofstream(file)
+        << "materials:\n  soft: {youngs_modulus: 100, poissons_ratio: 0.25, density: 1}\n"
+           "components:\n  block:\n    mesh: block.msh\n    material: soft\n    reduction: {interface: [x_max], modes: 12}\n"
+           "instances:\n  left: {component: block, as: "
+        << kind << ", velocity: [0.3, 0, 0]}\n  right: {component: block, as: " << kind << ", position: [2.01, 0, 0], mirror: x}\n"
+        << "contact:\n  - {between: [left.x_max, right.x_max]" << contact << "}\n"
+        << "time: {end: 0.6" << time << "}\n"
+        << more << (more.find("output") == std::string::npos ? "output: {every: 0.05, history: [left.x_max, right.x_max]}\n" : "");
+    return file.string();
+  }
+
+  void make_superelement(const std::string& scene_file) {
+    const Scene scene = read_scene(scene_file);
+    const Component& component = scene.components.at("block");
+    const test::Lattice full =
+        test::as_lattice(test::make_brick({4, 2, 2}, Vector3(1, 0.5, 0.5), scene.materials.at("soft")), {4, 2, 2});
+    Superelement s = test::reduce(full, test::x_nodes(full, false, true), 12);
+    s.content_hash = content_hash(scene, component);
+    write_superelement(s, component.reduction->superelement);
+  }
+
+  void run(const std::string& scene_file) {
+    Report report("test", Verbosity::quiet);
+    run_scene(scene_file, folder_ / "results.h5", report);
+  }
+
+  void expect_refused(const std::string& scene_file, const std::vector<std::string>& parts) {
+    try {
+      run(scene_file);
+      FAIL() << "no error";
+    } catch (const InputError& error) {
+      for (const auto& part : parts) EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
+    }
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "results.h5"));
+  }
+
+  std::filesystem::path folder_;
+};
+
+TEST_F(Program, ResultsHoldWhatTheFormatSays) {
+  for (const std::string kind : {"mesh", "superelement"}) {
+    const std::string file = scene(kind);
+    if (kind == "superelement") make_superelement(file);
+    run(file);
+    const Hdf5Reader results(folder_ / "results.h5");
+    EXPECT_EQ(results.read_string("/", "format"), "cbr-results");
+    EXPECT_EQ(results.read_string("/", "format_version"), "1.0");
+    EXPECT_GT(results.read_index("/", "steps"), 0);
+    EXPECT_EQ(results.read_index("/", "n_dofs"), kind == "mesh" ? 2 * 135 : 2 * (12 + 27));
+    const Vector time = results.read_vector("/time");
+    ASSERT_EQ(time.size(), 13);
+    for (Index i = 0; i < 13; ++i) EXPECT_NEAR(time[i], 0.05 * double(i), 1e-15);
+    const Points left = results.read_points("/surfaces/left.x_max/mean_position");
+    EXPECT_NEAR(left(0, 0), 1, 1e-12);
+    EXPECT_NEAR(results.read_points("/surfaces/right.x_max/mean_position")(0, 0), 1.01, 1e-12);
+    const Points a = results.read_points("/surfaces/left.x_max/force"), b = results.read_points("/surfaces/right.x_max/force");
+    EXPECT_LT((a + b).norm(), 1e-12 * a.norm());
+    EXPECT_LT(a.col(0).minCoeff(), 0);
+    // The impulse of the contact force is the change of momentum.
+    const Points p = results.read_points("/instances/left/momentum");
+    EXPECT_NEAR(0.05 * a.col(0).sum(), p(12, 0) - p(0, 0), 1e-12 * p(0, 0));
+    const Vector total = results.read_vector("/energy/total"), work = results.read_vector("/energy/work_contact");
+    EXPECT_LT(((total - work).array() - total[0]).abs().maxCoeff(), 1e-12 * total[0]);
+    for (const char* name :
+         {"/instances/left/center_of_mass", "/instances/right/angular_momentum", "/instances/left/kinetic_energy",
+          "/instances/left/strain_energy", "/energy/work_external", "/energy/work_friction", "/contact/active"})
+      EXPECT_EQ(results.shape(name)[0], 13) << name;
+  }
+}
+
+TEST_F(Program, SameInputSameDatasets) {
+  const std::string file = scene("mesh");
+  run(file);
+  const Matrix first = Hdf5Reader(folder_ / "results.h5").read_matrix("/surfaces/right.x_max/mean_velocity");
+  run(file);
+  EXPECT_EQ(first, Hdf5Reader(folder_ / "results.h5").read_matrix("/surfaces/right.x_max/mean_velocity"));
+}
+
+TEST_F(Program, ASuperelementThatIsMissingOrStaleNamesTheCure) {
+  const std::string file = scene("superelement");
+  expect_refused(file, {"does not exist", "cbr-reduce", "scene.yaml"});
+  make_superelement(file);
+  write_mesh(test::brick({4, 2, 3}, Vector3(1, 0.5, 0.5)), folder_ / "block.msh");
+  expect_refused(file, {"not made from", "cbr-reduce"});
+}
+
+TEST_F(Program, RefusesWhatThisVersionCannotDo) {
+  expect_refused(scene("mesh", ", friction: 0.2"), {"friction", "not available"});
+  expect_refused(scene("mesh", "", ", integrator: newmark"), {"newmark", "not available"});
+  expect_refused(scene("mesh", "", ", step: 1.0"), {"critical step", "force"});
+}
+
+TEST_F(Program, ASurfaceThatWasNotKeptNamesTheCure) {
+  const std::string file = scene("superelement", "", "", "loads:\n  - {instance: left, surface: x_min, force: [1, 0, 0]}\n");
+  make_superelement(file);
+  expect_refused(file, {"x_min", "x_max", "reduction.interface", "cbr-reduce", "scene.yaml:"});
+}
+
+TEST_F(Program, LoadsBoundariesAndGravity) {
+  const std::string file =
+      scene("mesh", "", "",
+            "loads:\n  - {instance: right, surface: x_max, force: [0, 0.005, 0]}\n  - {gravity: [0, 0, -0.02]}\n"
+            "boundary:\n  - {instance: left, nodes: x_min, fix: [x, y, z]}\n");
+  run(file);
+  const Hdf5Reader results(folder_ / "results.h5");
+  const Points p = results.read_points("/instances/right/momentum");
+  const Index last = p.rows() - 1;
+  // Momenta are those of half a step before the time (central differences).
+  EXPECT_NEAR(p(last, 1), 0.005 * 0.6, 0.06 * 0.003);
+  EXPECT_NEAR(p(last, 2), -0.25 * 0.02 * 0.6, 0.06 * 0.003);
+  const Vector total = results.read_vector("/energy/total"),
+               work = results.read_vector("/energy/work_contact") + results.read_vector("/energy/work_external");
+  EXPECT_LT(((total - work).array() - total[0]).abs().maxCoeff(), 1e-11 * total.maxCoeff());
+}
+
+TEST_F(Program, FieldsReferToDatasetsThatAreThere) {
+  const std::string file = scene("mesh", "", "", "output: {every: 0.2, fields: [displacement, velocity, stress]}\n");
+  run(file);
+  std::ifstream in(folder_ / "results.xdmf");
+  const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+  const Hdf5Reader heavy(folder_ / "results.fields.h5");
+  const std::regex item("Dimensions=\"(\\d+) (\\d+)\">results\\.fields\\.h5:([^<]+)<");
+  int found = 0;
+  for (std::sregex_iterator it(text.begin(), text.end(), item), end; it != end; ++it, ++found) {
+    const auto shape = heavy.shape((*it)[3]);
+    ASSERT_EQ(shape.size(), 2u);
+    EXPECT_EQ(shape[0], std::stol((*it)[1]));
+    EXPECT_EQ(shape[1], std::stol((*it)[2]));
+  }
+  EXPECT_EQ(found, 4 * 2 * 5);  // 4 times, 2 instances: cells, points, three fields
+  // Before they meet, the left block moves as a whole and has no stress.
+  EXPECT_LT(heavy.read_matrix("/steps/0/0/stress").norm(), 1e-12);
+  EXPECT_NEAR(heavy.read_points("/steps/0/0/velocity")(7, 0), 0.3, 1e-12);
+  EXPECT_GT(heavy.read_matrix("/steps/1/0/stress").norm(), 1e-3);
+}
+
+}  // namespace
+}  // namespace cbr
