@@ -14,7 +14,7 @@ help:
 	@echo "make test      packages, build, all tests"
 	@echo "make programs  the three programs, in $(BUILD)/bin"
 	@echo "make build     the programs, the tests and the benchmarks"
-	@echo "make check     format and include directions, without building"
+	@echo "make check     include directions and other house rules, without building"
 	@echo "make packages  install the Debian packages of packages.txt (apt-get; sudo when not root)"
 	@echo "make install   build and install under PREFIX (default /usr/local)"
 	@echo "make clean     remove $(BUILD) and what the examples wrote"

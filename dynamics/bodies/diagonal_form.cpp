@@ -61,6 +61,17 @@ bool replace_rigid_modes(const Superelement& s, const Matrix& R, DiagonalForm& f
   return true;
 }
 
+// E from V_r E_r = R, V_r the rigid columns of V: for a component of several parts, which has more than six. False when they do not
+// span R.
+bool rigid_modes_span(const Matrix& R, DiagonalForm& form) {
+  const Matrix V_r = form.V.leftCols(form.n_rigid);
+  const Matrix E_r = Eigen::ColPivHouseholderQR<Matrix>(V_r).solve(R);
+  if ((V_r * E_r - R).norm() > 1e-8 * R.norm()) return false;
+  form.E = Matrix::Zero(form.omega.size(), 6);
+  form.E.topRows(form.n_rigid) = E_r;
+  return true;
+}
+
 // The motions of R that do not move a held direction: 6 x r.
 Matrix free_rigid_motions(const Superelement& s, const std::vector<HeldDirection>& held, const Matrix& R) {
   const IndexTable rows = displacement_rows(s);
@@ -134,6 +145,7 @@ DiagonalForm free_diagonal_form(Superelement& s, const std::string& where) {
     form.V = std::move(pairs.Phi);
   }
   if (replace_rigid_modes(s, R, form)) return form;
+  if (form.n_rigid > 6 && rigid_modes_span(R, form)) return form;
   if (s.M_cc.rows() != s.c()) throw RunError(where + ": the rigid modes of the diagonal form do not agree with /rigid_body");
   // E = V^T M^ R   (n x 6)
   form.E.noalias() = form.V.transpose() * mass_times_rigid(s, R);

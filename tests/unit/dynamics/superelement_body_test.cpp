@@ -270,5 +270,48 @@ TEST(DiagonalForm, HeldDirectionsStayWhereTheyAre) {
   EXPECT_EQ(form.n_rigid, (form.omega.array() == 0).count());
 }
 
+// Two copies of a body, one beside the other and not connected: one component.
+Superelement two_parts() {
+  const Superelement one = test::reduce(block(), test::x_nodes(block(), true, true), 7);
+  const Index k = one.k(), c = one.c();
+  Superelement s = one;
+  s.eigenvalues = one.eigenvalues.replicate(2, 1);
+  s.K_cc = Matrix::Zero(2 * c, 2 * c), s.M_cc = s.K_cc, s.M_kc = Matrix::Zero(2 * k, 2 * c);
+  for (const Index i : {0, 1}) {
+    s.K_cc.block(i * c, i * c, c, c) = one.K_cc;
+    s.M_cc.block(i * c, i * c, c, c) = one.M_cc;
+    s.M_kc.block(i * k, i * c, k, c) = one.M_kc;
+  }
+  const Vector3 apart(0, 7, 0);
+  const auto n = static_cast<Index>(one.node_ids.size());
+  for (const Index id : one.node_ids) s.node_ids.push_back(id + 1000);
+  for (const Index node : one.dof_node) s.dof_node.push_back(node + n);
+  s.dof_component.insert(s.dof_component.end(), one.dof_component.begin(), one.dof_component.end());
+  s.coordinates.resize(2 * n, 3);
+  s.coordinates << one.coordinates, one.coordinates.rowwise() + apart.transpose();
+  s.rigid_body.mass = 2 * one.rigid_body.mass;
+  s.rigid_body.center = one.rigid_body.center + 0.5 * apart;
+  s.rigid_body.inertia =
+      2 * one.rigid_body.inertia + 0.25 * s.rigid_body.mass * apart.squaredNorm() * Matrix3(Vector3(1, 0, 1).asDiagonal());
+  return s;
+}
+
+TEST(DiagonalForm, OfAComponentOfTwoPartsNeedsNoMatrices) {
+  Superelement s = two_parts();
+  const Matrix M = reduced_mass(s), R = reduced_rigid_modes(s, s.rigid_body.center);
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix> modes(reduced_stiffness(s), M);
+  s.omega = modes.eigenvalues().cwiseMax(0).cwiseSqrt();
+  s.omega.head(12).setZero();
+  s.V = modes.eigenvectors();
+  ASSERT_GT(s.omega[12], 1e-4 * s.omega.maxCoeff());
+  const Matrix expected = s.V.transpose() * M * R;
+  // As read for a run in diagonal form: without K_cc, M_cc, M_kc.
+  s.K_cc.resize(0, 0), s.M_cc.resize(0, 0), s.M_kc.resize(0, 0);
+  const DiagonalForm form = free_diagonal_form(s, "test");
+  EXPECT_EQ(form.n_rigid, 12);
+  EXPECT_LT((form.E - expected).norm(), 1e-9 * expected.norm());
+  EXPECT_NEAR(form.E.col(0).squaredNorm(), s.rigid_body.mass, 1e-9 * s.rigid_body.mass);
+}
+
 }  // namespace
 }  // namespace cbr
