@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <csignal>
@@ -24,6 +25,9 @@ int openblas_get_num_threads(void);
 
 namespace cbr {
 namespace {
+
+// "At most so many": more than any machine of today gains from, fewer than a system refuses to start.
+constexpr int most_threads = 256;
 
 // What OpenBLAS found when the program started: the processors of this process, or OPENBLAS_NUM_THREADS.
 int initial_threads() {
@@ -143,7 +147,7 @@ void add_common_options(CLI::App& app, CommonOptions& options) {
 }
 
 void set_threads(int threads) {
-  const int wanted = threads > 0 ? threads : initial_threads();
+  const int wanted = std::min(threads > 0 ? threads : initial_threads(), most_threads);
   bound() = wanted;
   openblas_set_num_threads(wanted);
 }

@@ -65,6 +65,9 @@ TEST(ProgramDeathTest, usage) {
 
 TEST(ProgramDeathTest, threadsAreBounded) {
   EXPECT_EXIT(run({"--threads", "1"}, [] { throw RunError("n = " + std::to_string(n_threads())); }), ExitedWithCode(1), "n = 1\n");
+  // More threads than a system starts ended the program without a message.
+  set_threads(2000000000);
+  EXPECT_LE(n_threads(), 1000);
   set_threads(0);
   EXPECT_GE(n_threads(), 1);
 }
