@@ -62,20 +62,29 @@ const Component& component_of(const Scene& scene, const Instance& instance) {
 std::vector<BlockProperties> block_properties(const Scene& scene, const Component& component, const Mesh& mesh) {
   std::vector<std::string> names;
   for (const auto& block : mesh.blocks) names.push_back(block.name);
+  std::vector<const Component::BlockOptions*> options_of(mesh.blocks.size(), nullptr);
   for (const auto& [block, options] : component.blocks) {
-    if (std::find(names.begin(), names.end(), block) != names.end()) continue;
+    const Index found = find_block(mesh, block);
+    if (found >= 0) {
+      auto& its_options = options_of[static_cast<std::size_t>(found)];
+      if (its_options != nullptr)
+        throw InputError(options.source.text() + ": components." + component.name + ".blocks." + block + ": block '" +
+                         names[static_cast<std::size_t>(found)] + "' stands under blocks twice, by name and by number: keep one");
+      its_options = &options;
+      continue;
+    }
     const std::string hint = nearest_name(block, names);
     throw InputError(options.source.text() + ": components." + component.name + ".blocks." + block + ": " +
                      component.mesh.string() + " has no block '" + block + "'" + hint + (hint.empty() ? ", " : " ") +
                      "it has: " + join(names));
   }
   std::vector<BlockProperties> properties;
-  for (const auto& block : mesh.blocks) {
-    const auto found = component.blocks.find(block.name);
-    const bool has_options = found != component.blocks.end();
-    const std::string& material = has_options && !found->second.material.empty() ? found->second.material : component.material;
+  for (std::size_t b = 0; b < mesh.blocks.size(); ++b) {
+    const Block& block = mesh.blocks[b];
+    const Component::BlockOptions* options = options_of[b];
+    const std::string& material = options != nullptr && !options->material.empty() ? options->material : component.material;
     BlockProperties block_property;
-    block_property.hex8 = has_options ? found->second.element.value_or(component.element) : component.element;
+    block_property.hex8 = options != nullptr ? options->element.value_or(component.element) : component.element;
     const auto known = scene.materials.find(material);
     if (known != scene.materials.end()) {
       block_property.material = known->second;

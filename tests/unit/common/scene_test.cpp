@@ -213,5 +213,25 @@ TEST(BlockProperties, followTheBlocksOfTheMesh) {
   EXPECT_EQ(block_properties(scene, scene.components.at("bare"), mesh).size(), 2u);  // 'skin' needs none
 }
 
+// As in Exodus meshes without names.
+TEST(BlockProperties, knowUnnamedBlocksByTheirNumber) {
+  Scene scene;
+  scene.materials = {{"light", {1, 0, 1}}, {"dense", {1, 0, 2}}};
+  Component component;
+  component.material = "light";
+  component.blocks["20"].material = "dense";
+  Mesh mesh;
+  mesh.blocks.resize(2);
+  mesh.blocks[0].name = "block_10", mesh.blocks[1].name = "block_20";
+  const auto properties = block_properties(scene, component, mesh);
+  EXPECT_EQ(properties[0].material.density, 1);
+  EXPECT_EQ(properties[1].material.density, 2);
+  component.blocks["block_20"].material = "light";
+  EXPECT_THROW(block_properties(scene, component, mesh), InputError);  // twice
+  component.blocks.erase("block_20");
+  component.blocks["30"].material = "light";
+  EXPECT_THROW(block_properties(scene, component, mesh), InputError);  // there is none
+}
+
 }  // namespace
 }  // namespace cbr
