@@ -282,7 +282,9 @@ Vector3 residual_mass_share(const Superelement& s) {
     for (Index i = 0; i < s.c(); ++i) r(i) = s.dof_component[static_cast<std::size_t>(i)] == axis ? 1.0 : 0.0;
     // rho = r^T (M_cc - M_kc^T M_kc) r / r^T M_cc r
     const double whole = r.dot(s.M_cc * r);
-    if (whole > 0) share(axis) = 1.0 - (s.M_kc * r).squaredNorm() / whole;
+    // BLAS complains, on stdout, about a matrix without rows.
+    const double in_modes = s.k() > 0 ? (s.M_kc * r).squaredNorm() : 0.0;
+    if (whole > 0) share(axis) = 1.0 - in_modes / whole;
   }
   return share;
 }

@@ -206,7 +206,9 @@ class Checker {
     const Vector y = s_.V * x;  // V x   (n)
     const auto y_k = y.head(s_.k()), y_c = y.tail(s_.c());
     Vector My(s_.n()), Ky(s_.n());
-    My << y_k + s_.M_kc * y_c, s_.M_kc.transpose() * y_k + s_.M_cc * y_c;
+    My << y_k, s_.M_cc * y_c;
+    // BLAS complains, on stdout, about a matrix without rows.
+    if (s_.k() > 0) My.head(s_.k()) += s_.M_kc * y_c, My.tail(s_.c()) += s_.M_kc.transpose() * y_k;
     Ky << s_.eigenvalues.cwiseProduct(y_k), s_.K_cc * y_c;
     const Vector lambda = s_.omega.cwiseAbs2();
     if ((s_.V.transpose() * My - x).norm() > diagonal_tolerance * x.norm()) {

@@ -44,6 +44,21 @@ void refuse_what_is_not_there_yet(const ReductionOptions& reduction) {
   }
 }
 
+// A mistyped -o or superelement: would cost the user a mesh or the scene.
+void refuse_to_overwrite(const Scene& scene, const std::string& input, const std::filesystem::path& target) {
+  const auto is_target = [&](const std::filesystem::path& file) {
+    std::error_code error;
+    return std::filesystem::equivalent(file, target, error) && !error;
+  };
+  for (const auto& [name, component] : scene.components) {
+    if (is_target(component.mesh))
+      throw InputError("superelement '" + target.string() + "' is the mesh of component '" + name +
+                       "' and would overwrite it: give the superelement another name, as " + name + ".cbr.h5");
+  }
+  if (is_target(input))
+    throw InputError("superelement '" + target.string() + "' is the scene itself and would overwrite it: give it another name");
+}
+
 // Unchanged inputs, and the diagonal form there or not as it would be now.
 bool is_up_to_date(const ReductionOptions& reduction, const std::string& hash, Index diagonal_limit) {
   if (read_content_hash(reduction.superelement) != hash) return false;
@@ -83,7 +98,7 @@ std::map<std::string, std::string> provenance(const Component& component, const 
 
 class Reducer {
  public:
-  Reducer(const ReduceCommand& command, Report& report) : report_(report), force_(command.force) {
+  Reducer(const ReduceCommand& command, Report& report) : report_(report), input_(command.input), force_(command.force) {
     settings_.memory = command.memory;
     if (command.diagonal_limit) settings_.diagonal_limit = *command.diagonal_limit;
   }
@@ -91,6 +106,7 @@ class Reducer {
   void reduce_component(const Scene& scene, const Component& component) {
     const ReductionOptions& reduction = *component.reduction;
     refuse_what_is_not_there_yet(reduction);
+    refuse_to_overwrite(scene, input_, reduction.superelement);
     const std::string hash = content_hash(scene, component);
     if (!force_ && is_up_to_date(reduction, hash, settings_.diagonal_limit)) {
       report_.line(component.name + ": " + reduction.superelement.string() + " is up to date: nothing to do");
@@ -134,6 +150,7 @@ class Reducer {
   }
 
   Report& report_;
+  std::string input_;
   bool force_;
   ReduceSettings settings_;
   std::map<std::string, std::filesystem::path> done_;  // content hash -> file made in this run

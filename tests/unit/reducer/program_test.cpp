@@ -126,6 +126,39 @@ TEST_F(Program, TheMemoryOptionChangesTheWayAndNotTheResult) {
   EXPECT_LT((a.recovery[0].Psi - b.recovery[0].Psi).norm(), 1e-13 * a.recovery[0].Psi.norm());
 }
 
+TEST_F(Program, OverwritesNoMeshAndNoScene) {
+  const std::string mesh = bytes(path("box.msh"));
+  std::vector<std::string> arguments = mesh_arguments();
+  arguments.back() = path("box.msh");
+  EXPECT_NE(message_of(arguments).find("another name"), std::string::npos);
+  fs::create_symlink(path("box.msh"), path("link.h5"));
+  const std::string file = scene("{interface: [x_max], modes: 4}");
+  const auto with_superelement = [&](const std::string& name) {
+    const std::string text = bytes(file);
+    const std::string key = "modes: 4";
+    std::string changed = text;
+    changed.replace(text.find(key), key.size(), key + ", superelement: " + name);
+    std::ofstream(file) << changed;
+    const std::string message = message_of({file});
+    EXPECT_EQ(bytes(file), changed);
+    std::ofstream(file) << text;
+    return message;
+  };
+  EXPECT_NE(with_superelement("link.h5").find("the mesh of component 'box'"), std::string::npos);
+  EXPECT_NE(with_superelement("scene.yaml").find("the scene itself"), std::string::npos);
+  EXPECT_EQ(bytes(path("box.msh")), mesh);
+}
+
+// In a pipeline stdout is the scene: OpenBLAS writes its complaints there.
+TEST_F(Program, NothingButTheSceneOnStdoutWithoutModes) {
+  testing::internal::CaptureStdout();
+  run({scene("{interface: [x_max], modes: 0}")});
+  const Superelement s = read_superelement(path("box.cbr.h5"));
+  residual_mass_share(s);
+  EXPECT_EQ(testing::internal::GetCapturedStdout(), "");
+  EXPECT_EQ(s.k(), 0);
+}
+
 TEST_F(Program, RefusesWithTheCure) {
   EXPECT_NE(message_of({path("box.msh")}).find("--youngs-modulus is missing"), std::string::npos);
   EXPECT_NE(message_of(mesh_arguments({"--basis", "massles"})).find("massless"), std::string::npos);
@@ -138,6 +171,8 @@ TEST_F(Program, RefusesWithTheCure) {
   EXPECT_FALSE(fs::exists(path("box.cbr.h5")));
   EXPECT_THROW(run(mesh_arguments({"--cutoff-hz", "3"})), CLI::Error);
   EXPECT_THROW(run(mesh_arguments({"--memory", "much"})), CLI::Error);
+  EXPECT_THROW(run(mesh_arguments({"--diagonal-limit", "-1"})), CLI::Error);
+  EXPECT_THROW(run(mesh_arguments({"--diagonal-limit", "few"})), CLI::Error);
 }
 
 }  // namespace
