@@ -16,10 +16,10 @@ struct BlockProperties {
 
 // The unconstrained finite element model of a component. Dof 3 i + c is component c of node nodes[i].
 struct FiniteElementModel {
-  SparseMatrix K;             // N x N, both triangles, N = 3 nodes.size()
-  SparseMatrix M;             // N x N, both triangles; diagonal when lumped
-  std::vector<Index> nodes;   // indices into mesh.coordinates of the nodes that a volume element uses, ascending
-  std::vector<Index> row;     // inverse: per mesh node its i, or -1
+  SparseMatrix K;            // N x N, both triangles, N = 3 nodes.size()
+  SparseMatrix M;            // N x N, both triangles; diagonal when lumped
+  std::vector<Index> nodes;  // indices into mesh.coordinates of the nodes that a volume element uses, ascending
+  std::vector<Index> row;    // inverse: per mesh node its i, or -1
 };
 
 // One BlockProperties per mesh block (those of two-dimensional blocks are ignored: shells and skins have no volume).
@@ -31,8 +31,8 @@ Matrix rigid_modes(const Points& points, const Vector3& center);
 
 struct RigidBody {
   double mass = 0;
-  Vector3 center = Vector3::Zero();    // of mass
-  Matrix3 inertia = Matrix3::Zero();   // about the centre, full tensor
+  Vector3 center = Vector3::Zero();   // of mass
+  Matrix3 inertia = Matrix3::Zero();  // about the centre, full tensor
 };
 RigidBody rigid_body(const SparseMatrix& M, const Points& points);
 

@@ -40,10 +40,10 @@ struct Nodeset {
 };
 
 struct Mesh {
-  Points coordinates;            // n x 3, the user's unit of length
-  std::vector<Index> node_ids;   // n, unique
-  std::vector<Block> blocks;     // volume blocks first or not: ask the type's dimension
-  std::vector<Sideset> sidesets; // a face may be in several
+  Points coordinates;             // n x 3, the user's unit of length
+  std::vector<Index> node_ids;    // n, unique
+  std::vector<Block> blocks;      // volume blocks first or not: ask the type's dimension
+  std::vector<Sideset> sidesets;  // a face may be in several
   std::vector<Nodeset> nodesets;
 };
 

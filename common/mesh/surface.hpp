@@ -29,8 +29,8 @@ std::vector<Index> surface_nodes(const Surface& surface);
 
 // Faces cut into linear ones (quad8 -> 4 corner tri3 + 1 quad4; tri6 -> 4 tri3): contact's view. `parent` is the face's row.
 struct LinearFaces {
-  IndexTable faces;            // f' x 4; a triangle repeats its last node
-  std::vector<Index> parent;   // f'
+  IndexTable faces;           // f' x 4; a triangle repeats its last node
+  std::vector<Index> parent;  // f'
 };
 LinearFaces linear_faces(const Surface& surface);
 
