@@ -22,6 +22,12 @@ void write(const SkinnedMesh& skinned, const std::filesystem::path& file, Report
   report.timings();
 }
 
+// By another name too, as a link's. One that is not there yet is none.
+bool is_same_file(const std::filesystem::path& a, const std::filesystem::path& b) {
+  std::error_code error;
+  return a.lexically_normal() == b.lexically_normal() || (std::filesystem::equivalent(a, b, error) && !error);
+}
+
 void skin_a_mesh(const SkinCommand& command, Report& report) {
   if (command.sidesets.empty()) throw InputError(command.input + ": which sidesets? Give --sideset NAME, once for each");
   if (command.output.empty()) throw InputError(command.input + ": where to? Give -o FILE.msh or -o FILE.exo");
@@ -50,7 +56,7 @@ void skin_a_scene(const SkinCommand& command, std::ostream* scene_out, Report& r
       throw InputError(scene.skin->source.text() + ": skin: mesh: '" + scene.skin->mesh.filename().string() +
                        "' found, a name that ends in .msh, .exo, .e or .g is wanted");
     for (const auto& [name, component] : scene.components)
-      if (component.mesh.lexically_normal() == scene.skin->mesh.lexically_normal())
+      if (is_same_file(component.mesh, scene.skin->mesh))
         throw InputError(scene.skin->source.text() + ": skin: mesh: '" + scene.skin->mesh.filename().string() +
                          "' is the mesh of component '" + name + "' and would be lost: give the skinned mesh another name");
     SkinnedMesh skinned;

@@ -47,6 +47,18 @@ struct Here {
   }
 };
 
+TEST(SkinProgram, overwritesNoMeshOfAComponent) {
+  Here here;
+  std::filesystem::create_symlink("brick.msh", here / "link.msh");
+  const std::string mesh = test::read_text(here / "brick.msh");
+  for (const char* output : {"brick.msh", "link.msh", "../work/brick.msh"}) {
+    const Outcome outcome = here.skin(std::string("a.yaml -o ") + output);
+    EXPECT_EQ(outcome.code, 2) << output;
+    EXPECT_NE(outcome.err.find("would be lost"), std::string::npos) << outcome.err;
+    EXPECT_EQ(test::read_text(here / "brick.msh"), mesh);
+  }
+}
+
 TEST(SkinProgram, skinsAMesh) {
   Here here;
   for (const char* arguments :
