@@ -87,7 +87,7 @@ Eigenpairs dense_eigenpairs(Matrix A, Matrix B, Index k) {
   Eigenpairs pairs = standard_eigenpairs(A, k);
   if (!pairs.converged) return pairs;
   // Phi = L^-T Z   (n x k)
-  B.triangularView<Eigen::Lower>().transpose().solveInPlace(pairs.Phi);
+  if (pairs.Phi.size() > 0) B.triangularView<Eigen::Lower>().transpose().solveInPlace(pairs.Phi);
   fix_signs(pairs.Phi);
   return pairs;
 }

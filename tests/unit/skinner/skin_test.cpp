@@ -199,7 +199,7 @@ TEST(SkinScene, putsEveryInstanceInItsPlace) {
   // The right one's shells are on its solid's own nodes.
   const auto right_nodes = set_nodes(mesh, "right.x_max");
   EXPECT_EQ(std::set<Index>(right_nodes.begin(), right_nodes.end()),
-            std::set<Index>(right_skin.connectivity.reshaped().begin(), right_skin.connectivity.reshaped().end()));
+            std::set<Index>(right_skin.connectivity.data(), right_skin.connectivity.data() + right_skin.connectivity.size()));
   ASSERT_EQ(result.notes.size(), 1U);
   EXPECT_EQ(result.notes[0], "instance right: node ids raised by 100");
 }
