@@ -152,6 +152,8 @@ void SuperelementBody::propagate(const Vector& eta, const Vector& v, Vector& eta
   const double to = t_ + h_, tolerance = 1e-9 * h_;
   auto breakpoint = std::upper_bound(breakpoints_.begin(), breakpoints_.end(), t_ + tolerance);
   while (from < to) {
+    // Breakpoints that differ by round-off are one
+    while (breakpoint != breakpoints_.end() && *breakpoint <= from + tolerance) ++breakpoint;
     const bool last = breakpoint == breakpoints_.end() || *breakpoint >= to - tolerance;
     const double next = last ? to : *breakpoint;
     const bool whole = last && from == t_;
@@ -165,7 +167,6 @@ void SuperelementBody::propagate(const Vector& eta, const Vector& v, Vector& eta
     if (last) break;
     work_eta_ = eta_end, work_v_ = v_end;
     from = next;
-    ++breakpoint;
   }
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <utility>
 
 #include "dynamics/bodies/superelement_body.hpp"
 
@@ -63,6 +64,15 @@ void SuperelementBody::fill_velocity_map(NodeSet& set) const {
   set.B.noalias() = form_->V.transpose() * columns;
 }
 
+void SuperelementBody::add_load_history(Vector amplitude, const History& history) {
+  loads_.push_back({std::move(amplitude), history});
+  // Loads often share a history: a breakpoint that stood twice would cut out a step of no length
+  breakpoints_.insert(breakpoints_.end(), history.time.begin(), history.time.end());
+  std::sort(breakpoints_.begin(), breakpoints_.end());
+  breakpoints_.erase(std::unique(breakpoints_.begin(), breakpoints_.end()), breakpoints_.end());
+  regular_ = other_ = ModalPropagator{};
+}
+
 void SuperelementBody::add_force(const Points& forces, const History& history) {
   // V^T f with f in component axes: T^T f of each node
   Vector f = Vector::Zero(form_->V.rows());
@@ -72,17 +82,11 @@ void SuperelementBody::add_force(const Points& forces, const History& history) {
       if (rows_(i, d) >= 0) f[rows_(i, d)] += local[d];
     }
   }
-  loads_.push_back({form_->V.transpose() * f, history});
-  breakpoints_.insert(breakpoints_.end(), history.time.begin(), history.time.end());
-  std::sort(breakpoints_.begin(), breakpoints_.end());
-  regular_ = other_ = ModalPropagator{};
+  add_load_history(form_->V.transpose() * f, history);
 }
 
 void SuperelementBody::add_gravity(const Vector3& acceleration, const History& history) {
-  loads_.push_back({form_->E.leftCols(3) * (placement_.T.transpose() * acceleration), history});
-  breakpoints_.insert(breakpoints_.end(), history.time.begin(), history.time.end());
-  std::sort(breakpoints_.begin(), breakpoints_.end());
-  regular_ = other_ = ModalPropagator{};
+  add_load_history(form_->E.leftCols(3) * (placement_.T.transpose() * acceleration), history);
 }
 
 BodyState SuperelementBody::state() const {

@@ -187,6 +187,20 @@ TEST(SuperelementBody, LoadsWithBreakpointsInsideAStepAreExact) {
   for (const int steps : {2, 7, 600}) EXPECT_LT((final_positions(steps) - one).cwiseAbs().maxCoeff(), 1e-11) << steps;
 }
 
+TEST(SuperelementBody, LoadsThatShareBreakpointsBringTheirWork) {
+  std::mt19937 random(4);
+  const Points force = random_points(random, make_body(5, Scheme::exact).n_nodes(), 3.0);
+  const History history{{0.0, 0.11, 0.12, 0.5}, {0.0, 2.0, -1.0, 0.3}};
+  History shifted = history;
+  for (double& t : shifted.time) t *= 1 + 1e-15;
+  SuperelementBody body = make_body(5, Scheme::exact);
+  body.add_force(force, history), body.add_force(force, history), body.add_gravity(Vector3(0, 1, 2), shifted);
+  const auto energy = [&] { return body.state().kinetic_energy + body.state().strain_energy; };
+  const double before = energy();
+  for (int i = 0; i < 7; ++i) body.predict(i * 0.09, 0.09), body.accept();
+  EXPECT_NEAR(body.work().external, energy() - before, 1e-11 * (energy() + before));
+}
+
 TEST(SuperelementBody, CentralDifferencesAreThoseOfTheDenseMass) {
   const Superelement s = test::reduce(block(), test::x_nodes(block(), true, true), 6);
   const Matrix K = reduced_stiffness(s), M = reduced_mass(s);
