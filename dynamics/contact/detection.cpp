@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/contact/detection.hpp"
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cmath>
 
@@ -21,9 +23,27 @@ struct Step {
 struct Hit {
   Projection end;
   double start_gap = 0;
+  // When the node went through the face, as a share of the step; not above 0: it was behind it at the start, by this share of the
+  // face's size. The last face that a node goes through is the one by which it enters a convex body.
+  double entry = 0;
   bool over_at_end = false;
+  bool follows = false;  // looks the same way as the face that the node touched in the last step
   Index face = 0;
 };
+
+// A node touched `face` in the last step, which looked along `normal` at the start of this one; -1: none.
+struct Touch {
+  Index face = -1;
+  Vector3 normal = Vector3::Zero();
+};
+
+constexpr double same_side = 0.7;  // cosine between normals above which faces hold a node in the same direction
+
+Vector3 mean_normal(const FaceCorners& x) { return (x[2] - x[0]).cross(x[3] - x[1]).stableNormalized(); }
+
+Vector3 centre(const FaceCorners& x) {
+  return x[2] == x[3] ? Vector3((x[0] + x[1] + x[2]) / 3) : Vector3((x[0] + x[1] + x[2] + x[3]) / 4);
+}
 
 Vector3 mean_motion(const ContactSurface& surface, const ContactBody& body) {
   Vector3 sum = Vector3::Zero();
@@ -62,8 +82,18 @@ void fill_boxes(const Step& step, PairMemory& memory) {
   }
 }
 
+// Whether a node that is behind a face at the start of the step is to be held by it. Beside an edge of a body a node is behind the
+// faces of both sides: the one that it neither touched nor lies under is not to push it out.
+bool held_from_behind(const Step& step, const Projection& before, const Hit& hit, double size) {
+  const double depth = -before.distance, edge = step.options.edge_tolerance;
+  if (hit.follows) return depth <= size && (before.outside <= edge || hit.over_at_end);
+  if (step.initial) return depth <= size && before.outside <= edge;
+  if (depth <= step.options.kept_depth * size) return before.outside <= edge;
+  return depth <= step.options.late_depth * size && before.outside <= 1e-9;
+}
+
 // Whether the node came through the face during the step, or touches or nears it; fills `hit`.
-bool meets(const Step& step, Index slot, Index face, bool was_touching, Hit& hit) {
+bool meets(const Step& step, Index slot, Index face, const Touch& touch, Hit& hit) {
   const Index node = step.slave.nodes[slot];
   const bool triangle = is_triangle(step.master, face);
   const double size = step.master.sizes[face], edge = step.options.edge_tolerance;
@@ -76,20 +106,36 @@ bool meets(const Step& step, Index slot, Index face, bool was_touching, Hit& hit
   const Projection before = project(start, triangle, x0);
   hit.start_gap = before.distance;
   hit.over_at_end = hit.end.outside <= edge;
-  const double allowed_depth = was_touching || step.initial ? 1.0 : step.options.late_depth;
-  if (before.distance < -allowed_depth * size) return false;
+  hit.follows = touch.face >= 0 && before.normal.dot(touch.normal) >= same_side;
+  hit.entry = before.distance / size;
+  if (before.distance <= 0) return held_from_behind(step, before, hit, size) && (hit.end.distance < 0 || hit.over_at_end);
+  hit.entry = 1;
   if (hit.end.distance >= 0) return hit.over_at_end;
-  if (before.distance <= 0) return before.outside <= edge || (was_touching && hit.over_at_end);
   // Where it goes through the moving face
   const double t = before.distance / (before.distance - hit.end.distance);
+  hit.entry = t;
   FaceCorners at;
   for (int a = 0; a < 4; ++a) at[a] = (1 - t) * start[a] + t * end[a];
   return project(at, triangle, (1 - t) * x0 + t * x1).outside <= edge;
 }
 
-bool better(const Hit& a, const Hit& b, bool initial) {
+// Which face holds a node first. Entries are rounded, so that faces of one plane are told apart by what they are at the end.
+bool better(const Hit& a, const Hit& b) {
   if (a.over_at_end != b.over_at_end) return a.over_at_end;
-  return initial ? std::abs(a.start_gap) < std::abs(b.start_gap) : std::abs(a.end.distance) < std::abs(b.end.distance);
+  if (a.follows != b.follows) return a.follows;
+  const double entry_a = std::round(1e10 * a.entry), entry_b = std::round(1e10 * b.entry);
+  return entry_a != entry_b ? entry_a > entry_b : std::abs(a.end.distance) < std::abs(b.end.distance);
+}
+
+// Whether a node that `first` holds is to be held by `second` too: in a concave corner. At a convex edge a node that is behind both
+// faces came in by one of them; the other then holds it only when the first does nothing against what this step does to it.
+bool holds_too(const Step& step, const Hit& first, const Hit& second) {
+  if (!second.over_at_end || second.end.distance >= 0 || second.end.normal.dot(first.end.normal) >= same_side) return false;
+  const Vector3 between = centre(corners(step.master, second.face, step.master_body.end)) -
+                          centre(corners(step.master, first.face, step.master_body.end));
+  if (first.end.normal.dot(between) > 0 && second.end.normal.dot(between) < 0)
+    return second.start_gap >= -step.options.kept_depth * step.master.sizes[second.face];
+  return first.end.distance >= -1e-6 * step.master.sizes[first.face] && second.start_gap >= 0.5 * second.end.distance;
 }
 
 void add_constraint(const Step& step, Index slot, const Hit& hit, const PairMemory& memory, std::vector<Constraint>& constraints) {
@@ -107,23 +153,24 @@ void add_constraint(const Step& step, Index slot, const Hit& hit, const PairMemo
 
 void detect_node(const Step& step, Index slot, PairMemory& memory, std::vector<Hit>& hits, std::vector<Constraint>& constraints) {
   const CandidateList& list = memory.grid.candidates;
-  const bool was_touching = memory.face[slot] >= 0;
+  Touch touch{memory.face[slot]};
+  if (touch.face >= 0) touch.normal = mean_normal(corners(step.master, touch.face, step.master_body.start));
   hits.clear();
   Hit hit;
   for (Index k = list.first[slot]; k < list.first[slot + 1]; ++k)
-    if (meets(step, slot, list.target[k], was_touching, hit)) hits.push_back(hit);
+    if (meets(step, slot, list.target[k], touch, hit)) hits.push_back(hit);
   if (hits.empty()) return;
-  std::stable_sort(hits.begin(), hits.end(), [&](const Hit& a, const Hit& b) { return better(a, b, step.initial); });
+  std::stable_sort(hits.begin(), hits.end(), better);
   const Hit& best = hits.front();
   const double size = step.master.sizes[best.face];
-  if (!was_touching && best.start_gap < -step.options.kept_depth * size) memory.offset[slot] = best.start_gap;
+  if (touch.face < 0 && best.start_gap < -step.options.kept_depth * size) memory.offset[slot] = best.start_gap;
   if (step.initial) memory.initial_overlap = std::max(memory.initial_overlap, -best.start_gap);
-  add_constraint(step, slot, best, memory, constraints);
-  const std::size_t first = constraints.size() - 1;
-  for (std::size_t i = 1; i < hits.size() && !step.initial; ++i) {
-    bool distinct = hits[i].over_at_end && hits[i].end.distance < 0;
-    for (std::size_t k = first; k < constraints.size(); ++k) distinct &= hits[i].end.normal.dot(constraints[k].normal) < 0.7;
-    if (distinct) add_constraint(step, slot, hits[i], memory, constraints);
+  std::size_t n_held = 0;  // the hits that hold come first
+  for (std::size_t i = 0; i < hits.size(); ++i) {
+    const auto also = [&](const Hit& first) { return holds_too(step, first, hits[i]); };
+    if (!std::all_of(hits.begin(), hits.begin() + static_cast<std::ptrdiff_t>(n_held), also)) continue;
+    add_constraint(step, slot, hits[i], memory, constraints);
+    std::swap(hits[n_held++], hits[i]);
   }
 }
 
@@ -151,11 +198,12 @@ void remember(const std::vector<Constraint>& constraints, std::size_t first, std
   memory.depth = 0;
   for (std::size_t i = first; i < last; ++i) {
     const Constraint& c = constraints[i];
-    if (impulse[i] > 0 || end_gap[i] < closed) memory.face[c.slot] = c.face;
-    // end_gap counts from the offset: what has opened stays open
+    if (memory.face[c.slot] < 0 && (impulse[i] > 0 || end_gap[i] < closed)) memory.face[c.slot] = c.face;
+    // end_gap counts from the offset: what has opened stays open. The offset is that of the node's first face
     double& offset = memory.offset[c.slot];
     memory.depth = std::max(memory.depth, -end_gap[i] - offset);
-    if (offset < 0) offset = std::min(0.0, offset + std::max(0.0, end_gap[i]));
+    const bool is_first = i == first || constraints[i - 1].slot != c.slot;
+    if (offset < 0 && is_first) offset = std::min(0.0, offset + std::max(0.0, end_gap[i]));
   }
 }
 

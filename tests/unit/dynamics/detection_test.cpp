@@ -153,6 +153,71 @@ TEST(Detection, ACornerHoldsFromBothSides) {
   EXPECT_EQ(wall, 2);
 }
 
+// A box with the top in the plane z = 0, all six faces outward, n x n on each: one surface.
+Patch box(int n, double size, double height) {
+  Patch p;
+  const Index m = n + 1;
+  Points x(2 * m * m, 3);
+  for (Index k = 0; k < 2; ++k)
+    for (Index j = 0; j < m; ++j)
+      for (Index i = 0; i < m; ++i)
+        x.row((k * m + j) * m + i) << size * double(i) / n, size * double(j) / n, k == 0 ? -height : 0.0;
+  const auto node = [&](Index i, Index j, Index k) { return (k * m + j) * m + i; };
+  std::vector<std::array<Index, 4>> faces;
+  for (Index j = 0; j < n; ++j) {
+    for (Index i = 0; i < n; ++i) {
+      faces.push_back({node(i, j, 1), node(i + 1, j, 1), node(i + 1, j + 1, 1), node(i, j + 1, 1)});
+      faces.push_back({node(i, j, 0), node(i, j + 1, 0), node(i + 1, j + 1, 0), node(i + 1, j, 0)});
+    }
+    faces.push_back({node(0, j, 0), node(0, j, 1), node(0, j + 1, 1), node(0, j + 1, 0)});
+    faces.push_back({node(n, j, 0), node(n, j + 1, 0), node(n, j + 1, 1), node(n, j, 1)});
+    faces.push_back({node(j, 0, 0), node(j + 1, 0, 0), node(j + 1, 0, 1), node(j, 0, 1)});
+    faces.push_back({node(j, n, 0), node(j, n, 1), node(j + 1, n, 1), node(j + 1, n, 0)});
+  }
+  p.surface.faces.resize(static_cast<Index>(faces.size()), 4);
+  for (Index f = 0; f < p.surface.faces.rows(); ++f)
+    for (int a = 0; a < 4; ++a) p.surface.faces(f, a) = faces[f][a];
+  for (Index i = 0; i < x.rows(); ++i) p.surface.nodes.push_back(i);
+  p.body.start = p.body.end = x;
+  fill_sizes(p.surface, x);
+  return p;
+}
+
+// Nodes that lie on a box near its rim are behind its sides, and behind the bottom of a thin one: only the top holds them.
+TEST(Detection, OnlyTheFaceThatANodeCameThroughHoldsIt) {
+  for (const double height : {0.1, 1.0}) {
+    const Patch plate = box(3, 3, height);
+    for (const double inside : {0.0, 1e-7, 1e-4, 0.01, 0.04, 0.3}) {
+      for (const double gap : {0.0, 1e-6, 0.01}) {
+        Patch node = patch(1, gap, false, 3 - 2 * inside);
+        node.body.start.leftCols(2).array() += inside;
+        PairMemory memory;
+        for (int step = 0; step < 4; ++step) {
+          // Down and a little sidewards; then the node is put on the top, as a contact would do
+          move(node, Vector3(1e-9, -1e-9, -gap - 1e-3));
+          auto constraints = run(node, plate, memory, step == 0);
+          Vector end_gap(static_cast<Index>(constraints.size())), impulse = end_gap;
+          std::array<int, 4> held{};
+          for (std::size_t i = 0; i < constraints.size(); ++i) {
+            const Constraint& c = constraints[i];
+            if (c.normal[2] > 0.99) {
+              ++held[c.slot];
+              EXPECT_LT(c.gap, -9e-4);
+            } else {
+              EXPECT_GT(c.gap, -1e-8) << "pushed sidewards or through: inside " << inside << ", height " << height;
+            }
+            end_gap[static_cast<Index>(i)] = c.normal[2] > 0.99 ? 0 : c.gap;
+            impulse[static_cast<Index>(i)] = c.normal[2] > 0.99;
+          }
+          EXPECT_EQ(held, (std::array<int, 4>{1, 1, 1, 1})) << "inside " << inside << ", gap " << gap << ", step " << step;
+          remember(constraints, 0, constraints.size(), end_gap, impulse, 1e-6, memory);
+          node.body.start.col(2).setConstant(step % 2 ? 1e-13 : -1e-13);
+        }
+      }
+    }
+  }
+}
+
 // Every node by every face, straight from the definition, against what the grid lets through.
 TEST(Detection, AgreesWithBruteForceOnRoughSurfaces) {
   std::mt19937 random(7);
