@@ -73,13 +73,7 @@ MotionBound MeshBody::motion_bound(Index) const {
 void MeshBody::mean_motion(Index set, Vector3& position, Vector3& velocity) const {
   const auto& nodes = means_[set];
   position = X_(nodes, Eigen::all).colwise().mean().transpose() + placement_.T * u_(nodes, Eigen::all).colwise().mean().transpose();
-  // Mid-step velocity, half a step on under the internal forces and loads: second order at the time of the position.
-  velocity = v_(nodes, Eigen::all).colwise().mean().transpose();
-  if (last_h_ > 0) {
-    total_accelerations(scratch_);
-    velocity += 0.5 * last_h_ * scratch_(nodes, Eigen::all).colwise().mean().transpose();
-  }
-  velocity = placement_.T * velocity;
+  velocity = placement_.T * present_velocities()(nodes, Eigen::all).colwise().mean().transpose();
 }
 
 void MeshBody::load(double t, Points& f) const {
@@ -113,6 +107,18 @@ void MeshBody::total_accelerations(Points& a) const {
     force_ -= internal_forces();
   }
   accelerations(force_, a);
+}
+
+// The mid-step velocity, half a step on under the internal forces and loads: second order at t_.
+const Points& MeshBody::present_velocities() const {
+  if (v_now_is_current_) return v_now_;
+  v_now_ = v_;
+  if (last_h_ > 0) {
+    total_accelerations(scratch_);
+    v_now_ += 0.5 * last_h_ * scratch_;
+  }
+  v_now_is_current_ = true;
+  return v_now_;
 }
 
 std::span<const HeldDirection> MeshBody::held_of(Index node) const {
@@ -174,7 +180,7 @@ void MeshBody::accept() {
     work_.external += 0.25 * (last_h_ + h_) * flat(force_).dot(flat(v_) + flat(v_end_));
   }
   last_h_ = h_;
-  Ku_is_current_ = false;
+  Ku_is_current_ = v_now_is_current_ = false;
   u_.swap(u_end_);
   v_.swap(v_end_);
   t_ += h_;

@@ -74,6 +74,7 @@ class MeshBody final : public Body {
   void load(double t, Points& f) const;
   const Points& internal_forces() const;      // K u, formed once for each u
   void total_accelerations(Points& a) const;  // M^-1 (f - K u)
+  const Points& present_velocities() const;   // at the time of u_, in component axes
   std::span<const HeldDirection> held_of(Index node) const;
   void gather(const Points& u, const std::vector<Index>& nodes, Points& x) const;
   double scalar_product(const Points& v, const Points& w) const;  // v . M w
@@ -89,8 +90,8 @@ class MeshBody final : public Body {
   std::vector<std::vector<Index>> sets_, means_;
   std::vector<NodalLoad> loads_;
   Points u_, v_, u_end_, v_end_;  // component axes; v_ is half a step behind u_
-  mutable Points force_, scratch_, Ku_;
-  mutable bool Ku_is_current_ = false;
+  mutable Points force_, scratch_, Ku_, v_now_;
+  mutable bool Ku_is_current_ = false, v_now_is_current_ = false;
   std::vector<std::pair<Index, Vector3>> kicks_;  // node, impulse in component axes, of this step
   double t_ = 0, h_ = 0, last_h_ = 0;
   BodyWork work_;

@@ -56,8 +56,8 @@ MeshModel mesh_model(const FiniteElementModel& model, const Points& coordinates,
   const Vector rows = model.M * ones;
   mesh.mass.resize(n);
   for (Index i = 0; i < n; ++i) mesh.mass[i] = rows[3 * i];
-  if (!(mesh.mass.minCoeff() > 0))
-    throw RunError("the mass of node " + std::to_string(model.nodes.empty() ? 0 : model.nodes[0]) + " is not positive");
+  // Row sums of a consistent mass may be negative (corners of hex20 and tet10): only a nodal enforcement minds, and looks itself.
+  if (lumped && !(mesh.mass.minCoeff() > 0)) throw RunError("a node of the mesh has a lumped mass that is not positive");
   mesh.rigid_body = rigid_body(model.M, coordinates);
   mesh.MR.noalias() = model.M * rigid_modes(coordinates, mesh.rigid_body.center);
   double lambda = 0;
@@ -125,9 +125,10 @@ BodyState MeshBody::state() const {
   const Matrix3& T = placement_.T;
   const RigidBody& rigid = model_->rigid_body;
   const Eigen::Map<const Vector> u(u_.data(), u_.size()), v(v_.data(), v_.size());
-  const Points& Ku = internal_forces();
+  const Points &Ku = internal_forces(), &present = present_velocities();
+  const Eigen::Map<const Vector> v_now(present.data(), present.size());
   const Eigen::Map<const Vector> internal(Ku.data(), Ku.size());
-  const Vector moment = model_->MR.transpose() * u, rate = model_->MR.transpose() * v;
+  const Vector moment = model_->MR.transpose() * u, rate = model_->MR.transpose() * v_now;
   BodyState state;
   state.center_of_mass = T * (rigid.center + moment.head<3>() / rigid.mass) + placement_.position;
   state.momentum = T * rate.head<3>();
@@ -142,7 +143,7 @@ BodyState MeshBody::state() const {
 
 void MeshBody::displacements(Points& u, Points& v) const {
   u = u_ * placement_.T.transpose();
-  v = v_ * placement_.T.transpose();
+  v = present_velocities() * placement_.T.transpose();
 }
 
 }  // namespace cbr

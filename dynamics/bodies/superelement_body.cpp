@@ -74,26 +74,21 @@ Index SuperelementBody::track_mean(const std::vector<Index>& nodes) {
 void SuperelementBody::positions(Index set, Points& x) const {
   const NodeSet& s = sets_[set];
   x = s.X;
-  flat(x).noalias() += s.Vt.transpose() * eta_;
+  if (eta_.size() > 0) flat(x).noalias() += s.Vt.transpose() * eta_;  // BLAS minds a product over nothing: every dof held
 }
 
 void SuperelementBody::predicted_positions(Index set, Points& x) const {
   const NodeSet& s = sets_[set];
   x = s.X;
-  flat(x).noalias() += s.Vt.transpose() * eta_end_;
+  if (eta_.size() > 0) flat(x).noalias() += s.Vt.transpose() * eta_end_;
 }
 
 void SuperelementBody::mean_motion(Index set, Vector3& position, Vector3& velocity) const {
   const MeanSet& s = means_[set];
-  position = s.X + s.Vt.transpose() * eta_;
-  if (is_exact()) {
-    velocity = s.Vt.transpose() * v_;
-  } else {
-    // Mid-step velocity, half a step on under the internal forces and loads: second order at the time of the position.
-    Vector f(eta_.size());
-    load_amplitudes(t_, f);
-    velocity = s.Vt.transpose() * (v_ + 0.5 * last_h_ * (f - form_->omega.cwiseAbs2().cwiseProduct(eta_)));
-  }
+  position = s.X, velocity.setZero();
+  if (eta_.size() == 0) return;
+  position += s.Vt.transpose() * eta_;
+  velocity = s.Vt.transpose() * present_rates();
 }
 
 MotionBound SuperelementBody::motion_bound(Index set) const {

@@ -80,6 +80,7 @@ class SuperelementBody final : public Body {
   Matrix scene_rows(const std::vector<Index>& nodes) const;
   void fill_velocity_map(NodeSet& set) const;
   const ModalPropagator& propagator(double h) const;
+  Vector present_rates() const;  // eta' at the time of eta
   void add_load_history(Vector amplitude, const History& history);
   void load_amplitudes(double t, Vector& f) const;
   void propagate(const Vector& eta, const Vector& v, Vector& eta_end, Vector& v_end, double* external_work);

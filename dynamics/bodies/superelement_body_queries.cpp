@@ -18,6 +18,10 @@ NodeResponse SuperelementBody::response(Index set, double h) const {
   if (is_exact()) weight = propagator(h).s;
   NodeResponse response;
   const Index m = s.Vt.cols();
+  if (weight.size() == 0) {  // every dof is held
+    response.dense.setZero(m, m);
+    return response;
+  }
   if (weight.minCoeff() >= 0) {
     const Matrix scaled = weight.cwiseSqrt().asDiagonal() * s.Vt;
     response.dense.setZero(m, m);
@@ -89,12 +93,21 @@ void SuperelementBody::add_gravity(const Vector3& acceleration, const History& h
   add_load_history(form_->E.leftCols(3) * (placement_.T.transpose() * acceleration), history);
 }
 
+// Central differences: the mid-step velocity, half a step on under the internal forces and loads, second order at t_.
+Vector SuperelementBody::present_rates() const {
+  if (is_exact()) return v_;
+  Vector f(eta_.size());
+  load_amplitudes(t_, f);
+  return v_ + 0.5 * last_h_ * (f - form_->omega.cwiseAbs2().cwiseProduct(eta_));
+}
+
 BodyState SuperelementBody::state() const {
   const RigidBody& rigid = superelement_->rigid_body;
   const Matrix3& T = placement_.T;
   BodyState state;
   // The first three columns of E^T eta are mass times displacement of the centre of mass, the last three inertia times rotation.
-  const Vector moment = form_->E.transpose() * eta_, rate = form_->E.transpose() * v_;
+  Vector moment = Vector::Zero(6), rate = moment;
+  if (eta_.size() > 0) moment = form_->E.transpose() * eta_, rate = form_->E.transpose() * present_rates();
   state.center_of_mass = T * (rigid.center + moment.head<3>() / rigid.mass) + placement_.position;
   state.momentum = T * rate.head<3>();
   // A rotation is a pseudo-vector: a mirror changes its sign.
@@ -113,9 +126,15 @@ BodyState SuperelementBody::state() const {
   return state;
 }
 
-Vector SuperelementBody::coordinates() const { return form_->V * eta_; }
+Vector SuperelementBody::coordinates() const {
+  if (eta_.size() == 0) return Vector::Zero(form_->V.rows());
+  return form_->V * eta_;
+}
 
-Vector SuperelementBody::coordinate_rates() const { return form_->V * v_; }
+Vector SuperelementBody::coordinate_rates() const {
+  if (eta_.size() == 0) return Vector::Zero(form_->V.rows());
+  return form_->V * present_rates();
+}
 
 void SuperelementBody::displacements(Points& u, Points& v) const {
   const Vector q = coordinates(), rate = coordinate_rates();

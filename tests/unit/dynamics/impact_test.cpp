@@ -259,6 +259,24 @@ TEST(Impact, InitialOverlapBringsNoEnergy) {
   EXPECT_GT(row(pushed.bodies[1].momentum, pushed.time.size() - 1)[0], 0);
 }
 
+// Velocities live half a step before the positions; what is written is of the positions' time.
+TEST(Impact, MomentumUnderLoadsIsOfTheTimeWritten) {
+  for (const MassKind mass : {MassKind::lumped, MassKind::consistent}) {
+    const test::Brick b = test::make_brick({4, 2, 2}, Vector3(1, 0.5, 0.5), {100, 0.25, 1}, mass);
+    const auto model = std::make_shared<MeshModel>(mesh_model(b.fe, b.geometry.coordinates, mass == MassKind::lumped));
+    MeshBody body("b", model, {}, {}, std::make_shared<RowThreads>(1));
+    body.add_gravity(Vector3(0, 0, -2), {});
+    const double h = 1 / body.largest_frequency();
+    Points u, v;
+    for (int step = 1; step <= 10; ++step) {
+      body.predict((step - 1) * h, h), body.accept();
+      EXPECT_NEAR(body.state().momentum[2], -2 * 0.25 * step * h, 1e-13);
+      body.displacements(u, v);
+      EXPECT_NEAR(v.col(2).mean(), -2 * step * h, 1e-12);
+    }
+  }
+}
+
 TEST(Impact, HangingOnAFixedEndUnderGravity) {
   // A held superelement falls into its static sag and swings about it; work and energy balance.
   const test::Lattice full = test::lattice({4, 3, 3}, 0.1, 2e3, 0.5);

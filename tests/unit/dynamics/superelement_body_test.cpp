@@ -201,6 +201,21 @@ TEST(SuperelementBody, LoadsThatShareBreakpointsBringTheirWork) {
   EXPECT_NEAR(body.work().external, energy() - before, 1e-11 * (energy() + before));
 }
 
+TEST(SuperelementBody, MomentumUnderLoadsIsOfTheTimeWritten) {
+  for (const Scheme scheme : {Scheme::exact, Scheme::central_difference}) {
+    SuperelementBody body = make_body(5, scheme);
+    const Vector3 before = body.state().momentum;
+    body.add_gravity(Vector3(0, 1, -2), {});
+    const double h = 1 / body.largest_frequency();
+    body.predict(0, h), body.accept(), body.predict(h, h), body.accept();
+    const Vector3 first = (body.state().momentum - before) / (2 * h);
+    body.predict(2 * h, h), body.accept();
+    const Vector3 second = (body.state().momentum - before) / (3 * h);
+    EXPECT_LT((first - second).norm(), 1e-11 * first.norm());
+    EXPECT_GT(first.norm(), 0);
+  }
+}
+
 TEST(SuperelementBody, CentralDifferencesAreThoseOfTheDenseMass) {
   const Superelement s = test::reduce(block(), test::x_nodes(block(), true, true), 6);
   const Matrix K = reduced_stiffness(s), M = reduced_mass(s);
