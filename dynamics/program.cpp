@@ -4,18 +4,40 @@
 #include <memory>
 #include <optional>
 
+#include "common/error.hpp"
+#include "common/output_file.hpp"
 #include "common/scene.hpp"
 #include "dynamics/output/fields.hpp"
 #include "dynamics/output/results.hpp"
 #include "dynamics/setup/build.hpp"
 
 namespace cbr {
+namespace {
+
+// InputError when the results cannot be written where they are to go: found before the run and not after it.
+void check_target(const Scene& scene, const std::filesystem::path& results) {
+  const auto refuse = [&](const std::filesystem::path& input, const std::string& what) {
+    std::error_code missing;
+    if (std::filesystem::equivalent(input, results, missing))
+      throw InputError(results.string() + ": the results would replace " + what + ": give --output another name");
+  };
+  if (scene.file != "-") refuse(scene.file, "the scene");
+  for (const auto& [name, component] : scene.components) {
+    refuse(component.mesh, "the mesh of component '" + name + "'");
+    if (component.reduction) refuse(component.reduction->superelement, "the superelement of component '" + name + "'");
+  }
+  const TemporaryFile probe(results);
+}
+
+}  // namespace
+
 void run_scene(const std::string& scene_or_dash, const std::filesystem::path& results, Report& report) {
   std::optional<Scene> scene;
   {
     const auto phase = report.phase("read");
     scene = read_scene(scene_or_dash);
   }
+  check_target(*scene, results);
   BuiltScene built = build(*scene, report);
   RunOptions options;
   options.on_progress = [&](double fraction) { report.progress("stepping", fraction); };

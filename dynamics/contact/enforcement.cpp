@@ -30,11 +30,8 @@ double largest_eigenvalue(const GapResponse& W) {
   return std::min(1.05 * lambda, row_sum);
 }
 
-double deepest(const Vector& gaps) { return gaps.size() > 0 ? std::max(0.0, -gaps.minCoeff()) : 0.0; }
-
 EnforcementResult take(ComplementarityResult&& solved) {
-  const double penetration = deepest(solved.gap);
-  return {std::move(solved.p), std::move(solved.gap), penetration, solved.residual, solved.fallback};
+  return {std::move(solved.p), std::move(solved.gap), solved.residual, solved.fallback};
 }
 
 // Rows that differ by round-off give the same impulses to round-off.
@@ -68,7 +65,6 @@ EnforcementResult enforce_penalty(const std::vector<Constraint>& constraints, do
   for (Index i = 0; i < m; ++i) {
     const double g = constraints[i].start_gap;
     result.p[i] = memory.stiffness * h * std::max(0.0, -g);
-    result.penetration = std::max(result.penetration, -g);
   }
   result.gap = gaps(constraints);  // without this step's impulses: what may be behind a face at the end
   spread_impulses(constraints, result.p, bodies);

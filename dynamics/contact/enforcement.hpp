@@ -14,10 +14,9 @@ namespace cbr {
 
 // What one enforcement did in one step.
 struct EnforcementResult {
-  Vector p;                // per constraint, >= 0
-  Vector gap;              // per constraint, at the end of the step
-  double penetration = 0;  // largest gap below 0: at the end of the step; penalty: at its start
-  double residual = 0;     // of complementarity, see ComplementarityResult
+  Vector p;             // per constraint, >= 0
+  Vector gap;           // per constraint, at the end of the step
+  double residual = 0;  // of complementarity, see ComplementarityResult
   bool fallback = false;
 };
 

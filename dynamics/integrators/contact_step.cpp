@@ -57,8 +57,10 @@ void book(Simulation& sim, const Group& group, const EnforcementResult& result, 
     outcome.near[group.pairs[k]] = last > first;
     for (auto i = first; i < last; ++i) {
       outcome.active[group.pairs[k]] += result.p[i] > 0;
+      // A penalty looks at gaps at the start of a step
+      const double gap = pair.enforcement == Enforcement::penalty ? group.constraints[i].start_gap : result.gap[i];
+      pair.recent_penetration = std::max(pair.recent_penetration, -gap);
     }
-    pair.recent_penetration = std::max(pair.recent_penetration, result.penetration);
     pair.recent_residual = std::max(pair.recent_residual, result.residual);
     pair.n_fallbacks += result.fallback;
     remember(group.constraints, first, last, result.gap, result.p, 1e-6 * pair.master.size, pair.memory);

@@ -90,7 +90,7 @@ TimePlan plan_time(const TimeOptions& options, double every, const std::vector<s
   const Limit limit = options.cfl ? smallest(bodies, contact, [&](const Body&, ContactKind) { return *options.cfl; })
                                   : smallest(bodies, contact, automatic);
   double h = limit.h;
-  std::string reason = "nothing";
+  std::string reason;
   if (options.step) {
     h = *options.step;
     reason = "time.step";

@@ -15,7 +15,7 @@ namespace cbr {
 struct TimePlan {
   double h = 0, every = 0, h_rest = 0, end = 0;
   Index steps_per_output = 1, n_whole = 0, n_rest = 0;
-  std::string limit;  // what limits the step, for the summary
+  std::string limit;  // what limits the step, for the summary; empty: nothing
 
   Index n_steps() const { return n_whole + n_rest; }
   double time(Index step) const;

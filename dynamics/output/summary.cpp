@@ -44,8 +44,10 @@ void step_lines(const BuiltScene& built, const RunResult& result, Report& report
   const TimePlan& plan = built.simulation.plan;
   std::ostringstream line;
   line.precision(5);
-  line << "steps: " << result.steps << " (" << result.jumps << " of them jumps over " << plan.n_steps() - result.steps
-       << " steps without contact), step " << plan.h << " s, limited by " << (plan.limit.empty() ? "nothing" : plan.limit);
+  line << "steps: " << plan.n_steps() << " of " << plan.h << " s";
+  if (result.jumps > 0)
+    line << ", " << result.steps << " of them computed (the others were skipped: exact motion, no contact near)";
+  if (!plan.limit.empty()) line << "; step limited by " << plan.limit;
   report.line(line.str());
 }
 
@@ -102,7 +104,17 @@ void summarise(const BuiltScene& built, const RunResult& result, Report& report)
   report.line(line.str());
   contact_lines(built, report);
   for (const std::string& note : built.notes) report.line("note: " + note);
-  if (b.energy > 1e-8) report.warning("the energy balance does not close: the step may be above the critical one");
+  if (!(b.energy <= 1e-8)) report.warning("the energy balance does not close: the step may be above the critical one");
+  // Frictionless contact can take energy, and give back what it took, but bring none.
+  const double brought = *std::max_element(result.work_contact.begin(), result.work_contact.end());
+  const double scale = std::max(*std::max_element(result.total.begin(), result.total.end()), std::abs(result.work_external.back()));
+  if (brought > 0.01 * scale) {
+    std::ostringstream warning;
+    warning.precision(3);
+    warning << "contact brought energy: up to " << brought << " of " << scale
+            << ": nodes were pushed out of faces that they were deep in, so look at the surfaces, or take a smaller step";
+    report.warning(warning.str());
+  }
   const double degrees = result.largest_rotation * 180 / std::numbers::pi;
   if (degrees > 5) {
     std::ostringstream warning;

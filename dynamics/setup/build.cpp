@@ -40,7 +40,9 @@ void require_current(const Scene& scene, const Component& component, const Reduc
   if (!std::filesystem::exists(reduction.superelement))
     throw InputError(component.source.text() + ": component '" + component.name + "': the superelement " + file +
                      " does not exist" + cure);
-  if (read_content_hash(reduction.superelement) != content_hash(scene, component)) {
+  const std::string hash = read_content_hash(reduction.superelement);
+  if (hash.empty()) read_superelement(reduction.superelement);  // says what is wrong with a damaged or foreign file
+  if (hash != content_hash(scene, component)) {
     throw InputError(component.source.text() + ": component '" + component.name + "': the superelement " + file +
                      " was not made from the present mesh, materials and reduction options" + cure);
   }
