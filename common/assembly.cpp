@@ -6,9 +6,9 @@
 #include <cmath>
 #include <cstdio>
 #include <functional>
-#include <thread>
 
 #include "common/error.hpp"
+#include "common/parallel.hpp"
 #include "common/program.hpp"
 
 namespace cbr {
@@ -36,14 +36,6 @@ Points element_points(const Mesh& mesh, const Block& block, Index e) {
   Points X(block.connectivity.cols(), 3);
   for (Index i = 0; i < X.rows(); ++i) X.row(i) = mesh.coordinates.row(block.connectivity(e, i));
   return X;
-}
-
-// work(t) for t = 0 .. n - 1, each in its own thread. The work must not throw.
-void run_threads(int n, const std::function<void(int)>& work) {
-  std::vector<std::thread> threads;
-  for (int t = 1; t < n; ++t) threads.emplace_back(work, t);
-  work(0);
-  for (auto& thread : threads) thread.join();
 }
 
 // The share of 0 .. n - 1 that thread t of n_threads does.

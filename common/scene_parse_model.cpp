@@ -135,13 +135,20 @@ void parse_materials(const SceneNode& node, Scene& scene) {
   for (const auto& [name, value] : map.entries()) scene.materials[name] = parse_material(value);
 }
 
+// One name for one file, whatever links lead to it.
+std::filesystem::path one_name(const std::filesystem::path& file) {
+  std::error_code error;
+  auto name = std::filesystem::weakly_canonical(file, error);
+  return error ? file : name;
+}
+
 void parse_components(const SceneNode& node, const std::filesystem::path& folder, Scene& scene) {
   const SceneMap map = node.map_of_any();
   std::map<std::filesystem::path, std::string> owner;
   for (const auto& [name, value] : map.entries()) {
     const Component& component = scene.components[name] = parse_component(value, name, folder, scene);
     if (!component.reduction) continue;
-    const auto [other, is_new] = owner.emplace(component.reduction->superelement, name);
+    const auto [other, is_new] = owner.emplace(one_name(component.reduction->superelement), name);
     if (!is_new) {
       value.fail("superelement file '" + component.reduction->superelement.string() + "' is also that of component '" +
                  other->second + "': give each a file of its own");

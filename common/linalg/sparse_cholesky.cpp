@@ -9,10 +9,10 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
-#include <thread>
 #include <vector>
 
 #include "common/error.hpp"
+#include "common/parallel.hpp"
 #include "common/program.hpp"
 
 // Of OpenBLAS; not in cblas.h of every version.
@@ -233,7 +233,7 @@ void SparseCholesky::solve_in_place(Eigen::Ref<Matrix> B) const {
   const Index n_blocks = (B.cols() + block - 1) / block;
   std::atomic<Index> next{0};
   std::atomic<bool> failed{false};
-  const auto work = [&] {
+  const auto work = [&](int) {
     Solver solver;
     Matrix X;
     for (Index i = next++; i < n_blocks && !failed; i = next++) {
@@ -249,12 +249,10 @@ void SparseCholesky::solve_in_place(Eigen::Ref<Matrix> B) const {
     }
   };
   if (wanted == 1) {
-    work();
+    work(0);
   } else {
     const SingleThreadedBlas blas;
-    std::vector<std::jthread> threads;
-    for (Index t = 1; t < wanted; ++t) threads.emplace_back(work);
-    work();
+    run_threads(static_cast<int>(wanted), work);
   }
   if (failed) fail_to_solve(n_rows(), block);
 }
