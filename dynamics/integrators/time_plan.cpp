@@ -23,6 +23,21 @@ std::string text(double value) {
 
 Index ceil_count(double ratio) { return std::max<Index>(1, static_cast<Index>(std::ceil(ratio * (1 - fit_tolerance)))); }
 
+// More steps than any run takes, and the most outputs that memory is asked to hold: beyond them a unit is wrong.
+constexpr double most_steps = 1e13, most_outputs = 1e8;
+
+void require_countable(const TimeOptions& options, double h, double every) {
+  // Without a limit of any body the outputs alone make steps
+  const double step = h > 0 ? (every > 0 ? std::min(h, every) : h) : every;
+  const double steps = step > 0 ? options.end / step : 0, outputs = every > 0 ? options.end / every : steps;
+  if (steps <= most_steps && outputs <= most_outputs) return;
+  const bool few_steps = steps <= most_steps;
+  throw InputError(options.source.text() + ": time.end " + text(options.end) + " s would take " +
+                   text(few_steps ? outputs : steps) + (few_steps ? " outputs" : " steps") + ", at most " +
+                   text(few_steps ? most_outputs : most_steps) +
+                   " are possible: look at the units of time.end, time.step and output.every");
+}
+
 // Smallest limit over the bodies, `share` applied to it; and who sets it.
 struct Limit {
   double h = 0, critical = 0;
@@ -98,6 +113,7 @@ TimePlan plan_time(const TimeOptions& options, double every, const std::vector<s
     reason = "'" + limit.body->name() + "' (critical step " + text(limit.critical) + " s, highest frequency " +
              text(limit.body->largest_frequency()) + " rad/s)";
   }
+  require_countable(options, h, every);
   TimePlan plan = fit_steps(h, every, options.end);
   if (critical.body && plan.h > critical.h * (1 + fit_tolerance) && !options.force_step) {
     throw InputError(options.source.text() + ": time: a step of " + text(plan.h) + " s is above the critical step " +

@@ -36,7 +36,7 @@ enum class ContactKind : char { none, hard, penalty };
 
 // From the scene's options: auto is the critical step of exact bodies and 0.9 of it for central differences; half of it for bodies
 // in a penalty contact, whose spring is the stiffer the further the step is below the critical one. InputError: a step above the
-// critical one (unless time.force).
+// critical one (unless time.force), more steps or outputs than can be.
 TimePlan plan_time(const TimeOptions& options, double every, const std::vector<std::unique_ptr<Body>>& bodies,
                    const std::vector<ContactKind>& contact);
 

@@ -69,6 +69,18 @@ TEST(TimePlan, AutomaticStepsAndTheCriticalOne) {
   }
 }
 
+TEST(TimePlan, StepsThatCannotBeCountedAreRefused) {
+  TimeOptions options;
+  options.end = 1;
+  options.step = 1e-30;
+  EXPECT_THROW(plan_time(options, 0.1, {}, {}), InputError);
+  options.step = 1e-10;
+  EXPECT_THROW(plan_time(options, 0, {}, {}), InputError);  // each of them an output
+  EXPECT_NO_THROW(plan_time(options, 0.1, {}, {}));
+  options.step.reset();
+  EXPECT_THROW(plan_time(options, 1e-25, {}, {}), InputError);
+}
+
 TEST(TimePlan, CentralDifferencesAreBoundedJustBelowTheCriticalStep) {
   for (const MassKind mass : {MassKind::lumped, MassKind::consistent}) {
     test::Part part;
