@@ -173,7 +173,7 @@ ContactState start_contact(const Simulation& sim) {
       const ContactNodes& nodes = sim.contact_nodes[b];
       state.masses[b] = sim.bodies[nodes.body]->nodal_masses(nodes.set);
       if (!(state.masses[b].minCoeff() > 0)) {
-        throw RunError(
+        throw InputError(
             "contact " + pair.name + ": nodal enforcement: instance '" + sim.bodies[nodes.body]->name() +
             "' has a row sum of its mass that is not positive, so its nodes cannot be weighed: use enforcement: impulse");
       }
