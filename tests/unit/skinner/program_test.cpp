@@ -30,20 +30,20 @@ const char* scene_text =
 struct Here {
   Folder folder;
   Here() {
-    std::filesystem::create_directories(folder / "work");
-    write_mesh(test::brick(2, 1, 1), folder / "work" / "brick.msh");
-    test::write_text(folder / "work" / "a.yaml", scene_text);
+    std::filesystem::create_directories(folder / "here");
+    write_mesh(test::brick(2, 1, 1), folder / "here" / "brick.msh");
+    test::write_text(folder / "here" / "a.yaml", scene_text);
   }
   Outcome skin(const std::string& arguments) {
-    const std::string work = (folder / "work").string(), out = (folder / "out").string(), err = (folder / "err").string();
+    const std::string work = (folder / "here").string(), out = (folder / "out").string(), err = (folder / "err").string();
     const int status =
         std::system(("cd '" + work + "' && " CBR_SKIN " " + arguments + " > '" + out + "' 2> '" + err + "'").c_str());
     return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, test::read_text(out), test::read_text(err)};
   }
-  std::filesystem::path operator/(const std::string& name) const { return folder / "work" / name; }
+  std::filesystem::path operator/(const std::string& name) const { return folder / "here" / name; }
   std::size_t n_files() const {
     return static_cast<std::size_t>(
-        std::distance(std::filesystem::directory_iterator(folder / "work"), std::filesystem::directory_iterator()));
+        std::distance(std::filesystem::directory_iterator(folder / "here"), std::filesystem::directory_iterator()));
   }
 };
 
@@ -51,7 +51,7 @@ TEST(SkinProgram, overwritesNoMeshOfAComponent) {
   Here here;
   std::filesystem::create_symlink("brick.msh", here / "link.msh");
   const std::string mesh = test::read_text(here / "brick.msh");
-  for (const char* output : {"brick.msh", "link.msh", "../work/brick.msh"}) {
+  for (const char* output : {"brick.msh", "link.msh", "../here/brick.msh"}) {
     const Outcome outcome = here.skin(std::string("a.yaml -o ") + output);
     EXPECT_EQ(outcome.code, 2) << output;
     EXPECT_NE(outcome.err.find("would be lost"), std::string::npos) << outcome.err;
