@@ -8,6 +8,7 @@
 #include <functional>
 
 #include "common/error.hpp"
+#include "common/number_text.hpp"
 #include "common/parallel.hpp"
 #include "common/program.hpp"
 
@@ -21,7 +22,7 @@ constexpr std::size_t batch_bytes = 32u << 20;
 
 bool is_volume(const Block& block) { return dimension(block.type) == 3; }
 
-std::string number_text(double value) {
+std::string rounded_text(double value) {
   char buffer[32];
   std::snprintf(buffer, sizeof buffer, "%.3g", value);
   return buffer;
@@ -93,7 +94,7 @@ void check_elements(const Mesh& mesh, const Block& block) {
   check_nodes(mesh, block, e);
   const double quality = element_quality(block.type, element_points(mesh, block, e));
   throw InputError(element_text(block, e) + (quality < 0 ? " is inverted" : " is degenerate") + " (its smallest Jacobian is " +
-                   number_text(quality) + " of the mean one, allowed: above " + number_text(smallest_quality) +
+                   rounded_text(quality) + " of the mean one, allowed: above " + rounded_text(smallest_quality) +
                    "): mend the order or the places of its nodes");
 }
 

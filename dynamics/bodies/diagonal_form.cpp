@@ -158,7 +158,7 @@ DiagonalForm held_diagonal_form(const Superelement& s, const std::vector<HeldDir
   const Index k = s.k(), n = k + Z.cols();
   // K_f = [Lambda, 0; 0, Z^T K_cc Z],  M_f = [I, M_kc Z; Z^T M_kc^T, Z^T M_cc Z]   (n x n)
   Matrix K = Matrix::Zero(n, n), M = Matrix::Identity(n, n);
-  K.diagonal().head(k) = s.eigenvalues;
+  if (k > 0) K.diagonal().head(k) = s.eigenvalues;
   const Matrix K_Z = s.K_cc * Z, M_Z = s.M_cc * Z;
   K.bottomRightCorner(Z.cols(), Z.cols()) = Z.transpose() * K_Z;
   M.bottomRightCorner(Z.cols(), Z.cols()) = Z.transpose() * M_Z;
