@@ -84,12 +84,4 @@ EnforcementResult enforce_nodal(const std::vector<Constraint>& constraints, cons
   return result;
 }
 
-double measure_gap(const Constraint& c, const std::vector<ContactBody>& bodies, bool at_end) {
-  const Points& slave = at_end ? bodies[c.slave_body].end : bodies[c.slave_body].start;
-  const Points& master = at_end ? bodies[c.master_body].end : bodies[c.master_body].start;
-  Vector3 d = slave.row(c.slave).transpose();
-  for (int a = 0; a < 4; ++a) d -= c.weights[a] * master.row(c.masters[a]).transpose();
-  return c.normal.dot(d);
-}
-
 }  // namespace cbr

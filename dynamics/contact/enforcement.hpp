@@ -53,7 +53,4 @@ EnforcementResult enforce_penalty(const std::vector<Constraint>& constraints, do
 EnforcementResult enforce_nodal(const std::vector<Constraint>& constraints, const std::vector<char>& guess, double h,
                                 const std::vector<Points>& masses, std::vector<ContactBody>& bodies);
 
-// normal . (x_slave - sum weights x_master) at the bodies' `end` (or `start`), without the offset.
-double measure_gap(const Constraint& constraint, const std::vector<ContactBody>& bodies, bool at_end);
-
 }  // namespace cbr
