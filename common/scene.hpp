@@ -70,10 +70,23 @@ struct SkinOptions {
   SourceLine source;
 };
 
+// INSTANCE.SURFACE, or the name of a rigid wall (then `instance` is empty).
 struct SurfaceName {
   std::string instance, surface;
   SourceLine source;
-  std::string text() const { return instance + "." + surface; }
+  bool is_wall() const { return instance.empty(); }
+  std::string text() const { return is_wall() ? surface : instance + "." + surface; }
+};
+
+// A rigid wall that does not move, in the scene's axes.
+struct WallOptions {
+  enum class Kind { plane, sphere, cylinder } kind = Kind::plane;
+  std::string name;
+  Vector3 point = Vector3::Zero();       // of the plane or of the cylinder's axis; the sphere's centre
+  Vector3 direction = Vector3::UnitZ();  // unit: the plane's normal, towards the bodies; the cylinder's axis
+  double radius = 0;                     // of sphere and cylinder
+  bool inside = false;                   // bodies are inside the sphere or cylinder
+  SourceLine source;
 };
 
 struct BoundaryCondition {
@@ -96,10 +109,24 @@ struct Load {
 
 enum class Enforcement { impulse, penalty, nodal };
 
+// Which points of two surfaces are kept apart.
+enum class Formulation {
+  node_face,  // nodes of the finer surface, faces of the other
+  two_way,    // nodes of each against the faces of the other (penalty only: hard constraints from both sides are too many)
+  mortar      // gaps integrated over what the surfaces share
+};
+
 struct ContactOptions {
-  SurfaceName first, second;
+  // `all`: every instance's surfaces against those of every other instance; first and second are not used then.
+  bool all = false;
+  SurfaceName first, second;  // `second` may be a wall
   Enforcement enforcement = Enforcement::impulse;
-  double friction = 0;
+  Formulation formulation = Formulation::node_face;
+  double friction = 0;           // Coulomb's coefficient
+  double damping = 0;            // penalty: share of the critical damping of the contact spring and the mass that it feels
+  bool tied = false;             // joined at the start, for good
+  std::optional<double> adjust;  // length: gaps and overlaps up to this at the start count as closed. Not given: overlaps are kept
+                                 // as they are; tied takes in what is within 5 % of a face
   SourceLine source;
 };
 
@@ -129,6 +156,7 @@ struct Scene {
   std::optional<SkinOptions> skin;
   std::vector<BoundaryCondition> boundary;
   std::vector<Load> loads;
+  std::vector<WallOptions> walls;  // in the file's order
   std::vector<ContactOptions> contact;
   std::optional<TimeOptions> time;
   OutputOptions output;

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Face-face contact: gaps integrated over what two surfaces share.
+#pragma once
+
+#include <vector>
+
+#include "dynamics/contact/broad_phase.hpp"
+#include "dynamics/contact/contact_point.hpp"
+#include "dynamics/contact/contact_surface.hpp"
+#include "dynamics/contact/detection.hpp"
+
+namespace cbr {
+
+// One point per slave node j whose support meets the master (multiplier shape functions = the slave's own N_j, so that uniform
+// pressure gives both sides their consistent nodal forces: the contact patch test). Its terms are
+//   D_jk / D_j on slave nodes k,  -M_jl / D_j on master nodes l,    D_jk = int N_j N_k dA, M_jl = int N_j N_l dA, D_j = int N_j dA
+// over the shared area (segments: faces clipped against each other in the plane of the slave face, as in Puso and Laursen 2004,
+// doi 10.1016/j.cma.2003.10.010), so that they sum to 1 and -1. area = D_j. The normal is minus the slave's averaged nodal normal.
+// Appends to `list`. Options, memory and `initial` as for detect().
+void detect_mortar(const ContactSurface& slave, const ContactBody& slave_body, const ContactSurface& master,
+                   const ContactBody& master_body, bool initial, const DetectionOptions& options, PairMemory& memory,
+                   ContactList& list);
+
+}  // namespace cbr
