@@ -23,6 +23,12 @@ enum class ContactLaw : char {
 
 inline Index n_rows(ContactLaw law) { return law == ContactLaw::frictionless ? 1 : 3; }
 
+// One per contact point; rows of gaps, impulses and W follow each other point by point, n_rows(law) each (normal first).
+struct PointLaw {
+  ContactLaw law = ContactLaw::frictionless;
+  double friction = 0;  // mu > 0, of coulomb
+};
+
 // A weighted relative position r = sum of terms: slave nodes with coefficients that sum to 1, master nodes with ones that sum to -1
 // (none against a rigid wall). A node against a face has one slave node and up to four master nodes; a mortar point has the slave
 // nodes and master nodes that share the support of its multiplier.

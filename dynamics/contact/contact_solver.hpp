@@ -10,12 +10,6 @@
 
 namespace cbr {
 
-// One per contact point; rows of g, p and W follow each other point by point, n_rows(law) each (normal first).
-struct PointLaw {
-  ContactLaw law = ContactLaw::frictionless;
-  double friction = 0;  // mu > 0, of coulomb
-};
-
 struct ContactSolution {
   Vector p;    // impulses; least-norm among those that can be told apart by no gap (W singular)
   Vector gap;  // g + W p
