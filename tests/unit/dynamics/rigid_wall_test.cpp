@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/contact/rigid_wall.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+
+#include <cmath>
+#include <random>
+
+namespace cbr {
+namespace {
+
+Vector3 random_vector(std::mt19937& random, double size) {
+  std::uniform_real_distribution<double> unit(-1, 1);
+  return size * Vector3(unit(random), unit(random), unit(random));
+}
+
+WallOptions wall(WallOptions::Kind kind, bool inside, std::mt19937& random) {
+  WallOptions w;
+  w.kind = kind;
+  w.point = random_vector(random, 1);
+  w.direction = random_vector(random, 1).normalized();
+  if (random() % 3 == 0) w.direction = Vector3::Unit(random() % 3);
+  w.radius = kind == WallOptions::Kind::plane ? 0 : 1.5;
+  w.inside = inside;
+  return w;
+}
+
+std::vector<WallOptions> all_kinds(std::mt19937& random) {
+  using Kind = WallOptions::Kind;
+  return {wall(Kind::plane, false, random), wall(Kind::sphere, false, random), wall(Kind::sphere, true, random),
+          wall(Kind::cylinder, false, random), wall(Kind::cylinder, true, random)};
+}
+
+TEST(RigidWall, NormalIsTheGradientOfTheDistance) {
+  std::mt19937 random(1);
+  for (int trial = 0; trial < 50; ++trial) {
+    for (const WallOptions& options : all_kinds(random)) {
+      const RigidWall w(options);
+      const Vector3 x = random_vector(random, 3), n = w.normal(x);
+      EXPECT_NEAR(n.norm(), 1, 1e-14);
+      for (int c = 0; c < 3; ++c) {
+        const Vector3 d = 1e-6 * Vector3::Unit(c);
+        EXPECT_NEAR((w.distance(x + d) - w.distance(x - d)) / 2e-6, n[c], 1e-4);
+      }
+      // The distance is that to the foot point, which lies on the wall
+      EXPECT_NEAR(w.distance(x - w.distance(x) * n), 0, 1e-13);
+    }
+  }
+}
+
+TEST(RigidWall, KnownDistances) {
+  WallOptions options;
+  options.point = Vector3(0, 0, 1);
+  EXPECT_DOUBLE_EQ(RigidWall(options).distance(Vector3(5, 6, 1.25)), 0.25);
+  options.kind = WallOptions::Kind::cylinder;
+  options.direction = Vector3::UnitY();
+  options.radius = 2;
+  EXPECT_DOUBLE_EQ(RigidWall(options).distance(Vector3(3, 9, 5)), 3);
+  options.inside = true;
+  EXPECT_DOUBLE_EQ(RigidWall(options).distance(Vector3(0, 9, 2)), 1);
+  EXPECT_DOUBLE_EQ(RigidWall(options).normal(Vector3(0, 9, 2))[2], -1);
+}
+
+TEST(RigidWall, OnTheAxisTheNormalIsFinite) {
+  for (const bool inside : {false, true}) {
+    for (const auto kind : {WallOptions::Kind::sphere, WallOptions::Kind::cylinder}) {
+      WallOptions options;
+      options.kind = kind, options.radius = 1, options.inside = inside;
+      const Vector3 n = RigidWall(options).normal(Vector3::Zero());
+      EXPECT_NEAR(n.norm(), 1, 1e-14);
+      if (kind == WallOptions::Kind::cylinder) {
+        EXPECT_NEAR(n.dot(options.direction), 0, 1e-14);
+      }
+    }
+  }
+}
+
+// A bound and motions that keep to it: each coordinate anywhere between its limits.
+MotionBound random_bound(std::mt19937& random, bool still) {
+  MotionBound b;
+  const Vector3 at = random_vector(random, 4), size = random_vector(random, 0.4).cwiseAbs(), v = random_vector(random, 1);
+  b.lower = at - size, b.upper = at + size;
+  b.lower_speed = v - random_vector(random, 0.1).cwiseAbs(), b.upper_speed = v + random_vector(random, 0.1).cwiseAbs();
+  b.growth = still ? Vector3(Vector3::Zero()) : Vector3(random_vector(random, 0.1).cwiseAbs());
+  b.acceleration = still ? Vector3(Vector3::Zero()) : Vector3(random_vector(random, 0.2).cwiseAbs());
+  return b;
+}
+
+TEST(RigidWall, NothingReachesItBeforeItsTime) {
+  std::mt19937 random(2);
+  std::uniform_real_distribution<double> unit(0, 1);
+  int apart = 0, never = 0, close = 0;
+  for (int trial = 0; trial < 2000; ++trial) {
+    const MotionBound b = random_bound(random, trial % 4 == 0);
+    const double margin = trial % 2 ? 0.05 : 0;
+    for (const WallOptions& options : all_kinds(random)) {
+      const RigidWall w(options);
+      const double found = w.time_apart(b, margin);
+      ASSERT_GE(found, 0);
+      const double end = std::min(found, 50.0);
+      double nearest = HUGE_VAL;
+      for (int sample = 0; sample < 60; ++sample) {
+        const double t = sample < 30 ? end : end * unit(random);
+        const Vector3 spread = b.growth * t + 0.5 * t * t * b.acceleration;
+        Vector3 x;
+        for (int c = 0; c < 3; ++c) {
+          const double share = sample % 3 ? std::round(unit(random)) : unit(random);  // corners, and anywhere
+          x[c] = (1 - share) * (b.lower[c] + b.lower_speed[c] * t - spread[c]) +
+                 share * (b.upper[c] + b.upper_speed[c] * t + spread[c]);
+        }
+        if (found > 0) {
+          EXPECT_GE(w.distance(x), margin - 1e-9 * (1 + x.norm())) << trial;
+        }
+        nearest = std::min(nearest, w.distance(x));
+      }
+      apart += found > 0 && std::isfinite(found), never += !std::isfinite(found), close += found > 0 && nearest < margin + 0.1;
+    }
+  }
+  // It is no empty statement: many are apart for a time, some for ever, and most of the others do come near
+  EXPECT_GT(apart, 2000);
+  EXPECT_GT(never, 500);
+  EXPECT_GT(close, apart / 2);
+}
+
+// A point on a straight way: the time is that of its arrival, not much less.
+TEST(RigidWall, TheTimeOfAStraightFlightIsFoundClosely) {
+  std::mt19937 random(3);
+  int found = 0;
+  for (int trial = 0; trial < 800; ++trial) {
+    for (const WallOptions& options : all_kinds(random)) {
+      const RigidWall w(options);
+      const Vector3 x = random_vector(random, 3), v = random_vector(random, 1);
+      if (!(w.distance(x) > 0.01)) continue;
+      double arrival = HUGE_VAL;
+      for (int i = 1; i < 4000 && arrival == HUGE_VAL; ++i)
+        if (w.distance(x + 0.005 * i * v) < 0) arrival = 0.005 * i;
+      const MotionBound b{x, x, v, v, Vector3::Zero(), Vector3::Zero()};
+      const double apart = w.time_apart(b, 0);
+      EXPECT_LE(apart, arrival * (1 + 1e-12));
+      if (arrival < 20) {
+        EXPECT_GT(apart, 0.9 * (arrival - 0.005));
+        ++found;
+      }
+    }
+  }
+  EXPECT_GT(found, 300);
+}
+
+}  // namespace
+}  // namespace cbr
