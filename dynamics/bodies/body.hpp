@@ -21,8 +21,11 @@ struct BodyState {
 
 // Work done on a body since the start of the run; kinetic + strain energy changes by their sum, to round-off.
 struct BodyWork {
-  double external = 0, contact = 0;
+  double external = 0, contact = 0, friction = 0;
 };
+
+// What an impulse comes from: whose work it is.
+enum class ImpulseKind : char { contact, friction };
 
 // Where a set of nodes can be a time t >= 0 from now, without contact: for each axis between lower + lower_speed t - spread
 // and upper + upper_speed t + spread, spread = growth t + acceleration t^2 / 2.
@@ -56,7 +59,8 @@ class Body {
 
   virtual void predict(double t, double h) = 0;
   // Impulses (force x time) on the set's nodes at the start of the step: n x 3, scene axes.
-  virtual void add_impulses(Index set, const Points& impulses) = 0;
+  virtual void add_impulses(Index set, const Points& impulses, ImpulseKind kind) = 0;
+  void add_impulses(Index set, const Points& impulses) { add_impulses(set, impulses, ImpulseKind::contact); }
   // Changes the velocities of the set's nodes (n x 3, scene axes), and of no other coordinate, such that the end moves by h times
   // as much: what a nodal (kinematic) enforcement does. Row sums do not tell all of the momentum that this brings; what is missing
   // from `momentum` is made up by a velocity that all nodes of the set get, which is returned.

@@ -142,7 +142,7 @@ void MeshBody::predict(double t, double h) {
   kicks_.clear();
 }
 
-void MeshBody::add_impulses(Index set, const Points& impulses) {
+void MeshBody::add_impulses(Index set, const Points& impulses, ImpulseKind kind) {
   const auto& nodes = sets_[set];
   if (consistent()) {
     force_.setZero();
@@ -155,7 +155,7 @@ void MeshBody::add_impulses(Index set, const Points& impulses) {
     if (impulses.row(i).isZero(0)) continue;
     const Index node = nodes[i];
     const Vector3 p = placement_.T.transpose() * impulses.row(i).transpose();
-    kicks_.push_back({node, p});
+    kicks_.push_back({node, p, kind});
     if (consistent()) continue;
     Vector3 dv = p / model_->mass[node];
     for (const HeldDirection& h : held_of(node)) dv -= dv.dot(h.direction) * h.direction;
@@ -168,13 +168,16 @@ Vector3 MeshBody::add_velocities(Index set, const Points& velocities, const Vect
   // With nodal masses impulses do just this; a consistent mass is weighed by its row sums, as a nodal enforcement would have it.
   Points impulses = velocities;
   for (Index i = 0; i < impulses.rows(); ++i) impulses.row(i) *= model_->mass[sets_[set][i]];
-  add_impulses(set, impulses);
+  add_impulses(set, impulses, ImpulseKind::contact);
   return Vector3::Zero();
 }
 
 void MeshBody::accept() {
   // The leapfrog's own energy answers to forces with the average of v- and v+.
-  for (const auto& [node, p] : kicks_) work_.contact += 0.5 * p.dot(Vector3((v_.row(node) + v_end_.row(node)).transpose()));
+  for (const Kick& kick : kicks_) {
+    const double work = 0.5 * kick.impulse.dot((v_.row(kick.node) + v_end_.row(kick.node)).transpose());
+    (kick.kind == ImpulseKind::friction ? work_.friction : work_.contact) += work;
+  }
   if (!loads_.empty()) {
     load(t_, force_);
     work_.external += 0.25 * (last_h_ + h_) * flat(force_).dot(flat(v_) + flat(v_end_));

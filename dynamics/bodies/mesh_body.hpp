@@ -50,7 +50,8 @@ class MeshBody final : public Body {
   void mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
 
   void predict(double t, double h) override;
-  void add_impulses(Index set, const Points& impulses) override;
+  using Body::add_impulses;
+  void add_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
   Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
   void accept() override;
 
@@ -92,7 +93,12 @@ class MeshBody final : public Body {
   Points u_, v_, u_end_, v_end_;  // component axes; v_ is half a step behind u_
   mutable Points force_, scratch_, Ku_, v_now_;
   mutable bool Ku_is_current_ = false, v_now_is_current_ = false;
-  std::vector<std::pair<Index, Vector3>> kicks_;  // node, impulse in component axes, of this step
+  struct Kick {
+    Index node;
+    Vector3 impulse;  // component axes
+    ImpulseKind kind;
+  };
+  std::vector<Kick> kicks_;  // of this step
   double t_ = 0, h_ = 0, last_h_ = 0;
   BodyWork work_;
 };

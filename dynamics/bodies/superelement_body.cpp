@@ -26,7 +26,8 @@ SuperelementBody::SuperelementBody(std::string name, std::shared_ptr<const Super
       rows_(displacement_rows(*superelement_)) {
   X_ = (superelement_->coordinates * placement_.T.transpose()).rowwise() + placement_.position.transpose();
   const Index n = form_->omega.size();
-  for (Vector* x : {&eta_, &v_, &eta_end_, &v_end_, &kick_, &end_kick_, &f_, &f0_, &f1_, &work_eta_, &work_v_}) x->setZero(n);
+  for (Vector* x : {&eta_, &v_, &eta_end_, &v_end_, &kick_, &friction_kick_, &end_kick_, &f_, &f0_, &f1_, &work_eta_, &work_v_})
+    x->setZero(n);
   // v = V^T M^ R_t v0: the rigid motion, or its projection when directions are held.
   v_.noalias() = form_->E.leftCols(3) * (placement_.T.transpose() * placement_.velocity);
 }
@@ -181,7 +182,7 @@ void SuperelementBody::predict_central(double h) {
 
 void SuperelementBody::predict(double t, double h) {
   t_ = t, h_ = h;
-  kicked_ = end_kicked_ = false;
+  kicked_ = rubbed_ = end_kicked_ = false;
   if (is_exact()) {
     propagate(eta_, v_, eta_end_, v_end_, nullptr);
   } else {
@@ -189,7 +190,7 @@ void SuperelementBody::predict(double t, double h) {
   }
 }
 
-void SuperelementBody::add_impulses(Index set, const Points& impulses) {
+void SuperelementBody::add_impulses(Index set, const Points& impulses, ImpulseKind kind) {
   const NodeSet& s = sets_[set];
   // kick = V^T p, only over the dofs that an impulse acts on
   f_.setZero();
@@ -199,6 +200,11 @@ void SuperelementBody::add_impulses(Index set, const Points& impulses) {
   if (!kicked_) kick_.setZero();
   kick_ += f_;
   kicked_ = true;
+  if (kind == ImpulseKind::friction) {
+    if (!rubbed_) friction_kick_.setZero();
+    friction_kick_ += f_;
+    rubbed_ = true;
+  }
   if (is_exact()) {
     const ModalPropagator& step = propagator(h_);
     eta_end_.array() += step.s.array() * f_.array();
@@ -238,9 +244,16 @@ Vector3 SuperelementBody::add_velocities(Index set, const Points& velocities, co
   return extra;
 }
 
+// Its share of what has been booked as work of contact.
+void SuperelementBody::book_friction(double work) {
+  work_.friction += work;
+  work_.contact -= work;
+}
+
 void SuperelementBody::accept() {
   if (is_exact()) {
     if (kicked_) work_.contact += kick_.dot(v_) + 0.5 * kick_.squaredNorm();
+    if (rubbed_) book_friction(friction_kick_.dot(v_) + 0.5 * friction_kick_.dot(kick_));
     if (!loads_.empty()) {
       if (kicked_) v_ += kick_;
       propagate(eta_, v_, eta_end_, v_end_, &work_.external);
@@ -256,6 +269,7 @@ void SuperelementBody::accept() {
     // v- and v+ average: the work of the kick and of the load that the leapfrog's own energy answers to
     const double mean_h = 0.5 * (last_h_ + h_);
     if (kicked_) work_.contact += 0.5 * kick_.dot(v_ + v_end_);
+    if (rubbed_) book_friction(0.5 * friction_kick_.dot(v_ + v_end_));
     if (!loads_.empty()) {
       load_amplitudes(t_, f_);
       work_.external += 0.5 * mean_h * f_.dot(v_ + v_end_);

@@ -44,7 +44,8 @@ class SuperelementBody final : public Body {
   void mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
 
   void predict(double t, double h) override;
-  void add_impulses(Index set, const Points& impulses) override;
+  using Body::add_impulses;
+  void add_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
   Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
   void accept() override;
 
@@ -85,6 +86,7 @@ class SuperelementBody final : public Body {
   void load_amplitudes(double t, Vector& f) const;
   void propagate(const Vector& eta, const Vector& v, Vector& eta_end, Vector& v_end, double* external_work);
   void predict_central(double h);
+  void book_friction(double work);
 
   std::string name_;
   std::shared_ptr<const Superelement> superelement_;
@@ -99,8 +101,9 @@ class SuperelementBody final : public Body {
   std::vector<double> breakpoints_;  // of all histories, ascending
 
   Vector eta_, v_, eta_end_, v_end_;  // central differences: v_ is half a step behind eta_
-  Vector kick_, end_kick_;            // modal impulses at the start of the step; modal velocities added at its end
-  bool kicked_ = false, end_kicked_ = false;
+  // Modal impulses at the start of the step, and those of friction among them; modal velocities added at its end
+  Vector kick_, friction_kick_, end_kick_;
+  bool kicked_ = false, rubbed_ = false, end_kicked_ = false;
   Vector f_, f0_, f1_, work_eta_, work_v_;
   double t_ = 0, h_ = 0, last_h_ = 0;
   mutable ModalPropagator regular_, other_;  // of the last two step lengths

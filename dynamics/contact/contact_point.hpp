@@ -52,6 +52,14 @@ struct ContactList {
   bool empty() const { return points.empty(); }
 };
 
+struct ContactBody;
+
+// sum of coefficient x (end - start) over the point's terms: a relative displacement over the step, scene axes.
+Vector3 relative_motion(const ContactList& list, const ContactPoint& point, const std::vector<ContactBody>& bodies);
+
+// sum of coefficient x end over the slave terms: where the point is at the end of the step.
+Vector3 slave_position(const ContactList& list, const ContactPoint& point, const std::vector<ContactBody>& bodies);
+
 // Completes a unit normal to a right-handed frame (rows normal, t1, t2); the tangents depend on the normal alone and do not jump
 // where the normal turns a little, except at one pole.
 Matrix3 contact_frame(const Vector3& normal);

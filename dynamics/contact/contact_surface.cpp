@@ -3,6 +3,7 @@
 
 #include <Eigen/Dense>
 
+#include <algorithm>
 #include <cmath>
 
 namespace cbr {
@@ -21,6 +22,14 @@ void fill_sizes(ContactSurface& surface, const Points& points) {
     surface.sizes[f] = std::sqrt(0.5 * (x[2] - x[0]).cross(x[3] - x[1]).norm());
   }
   surface.size = surface.sizes.size() ? surface.sizes.mean() : 0;
+  surface.areas.setZero(static_cast<Index>(surface.nodes.size()));
+  for (Index f = 0; f < surface.faces.rows(); ++f) {
+    const int n = is_triangle(surface, f) ? 3 : 4;
+    for (int a = 0; a < n; ++a) {
+      const auto slot = std::lower_bound(surface.nodes.begin(), surface.nodes.end(), surface.faces(f, a)) - surface.nodes.begin();
+      surface.areas[slot] += surface.sizes[f] * surface.sizes[f] / n;
+    }
+  }
 }
 
 }  // namespace cbr

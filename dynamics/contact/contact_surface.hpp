@@ -14,7 +14,8 @@ namespace cbr {
 // All contact nodes of one body; m nodes, numbered 0 .. m - 1.
 struct ContactBody {
   Points start, end;      // m x 3: positions now and predicted for the end of the step
-  Points impulses;        // m x 3: of this step, filled by the enforcement
+  Points impulses;        // m x 3: of this step, filled by the enforcement; without friction
+  Points friction;        // m x 3: of this step, of friction
   NodeResponse response;  // for the step length response_h
   double response_h = 0;
 };
@@ -26,21 +27,10 @@ struct ContactSurface {
   IndexTable faces;          // f x 4, contact nodes of the body; a triangle repeats its last
   Vector sizes;              // f, sqrt of the undeformed area: the face's length scale
   double size = 0;           // their mean
+  Vector areas;              // of `nodes`: their share of the undeformed area, a face's shared by its corners
 };
 
-// A slave node against a point of a master face. Gap = normal . (x_slave - sum weights x_master) - offset.
-struct Constraint {
-  Index slave_body = 0, slave = 0;  // contact body, its contact node
-  Index master_body = 0;
-  std::array<Index, 4> masters{};    // contact nodes of the master body
-  std::array<double, 4> weights{};   // sum 1; 0 where not used
-  Vector3 normal = Vector3::Zero();  // outward from the master
-  double gap = 0;                    // predicted for the end of the step
-  double start_gap = 0;              // now
-  Index slot = 0, face = 0;          // position in the slave surface's nodes; face of the master surface
-};
-
-// Lengths from undeformed areas; `points` are the undeformed contact nodes of the body.
+// Sizes and areas; `points` are the undeformed contact nodes of the body.
 void fill_sizes(ContactSurface& surface, const Points& points);
 
 inline bool is_triangle(const ContactSurface& surface, Index face) { return surface.faces(face, 2) == surface.faces(face, 3); }

@@ -138,20 +138,22 @@ bool holds_too(const Step& step, const Hit& first, const Hit& second) {
   return first.end.distance >= -1e-6 * step.master.sizes[first.face] && second.start_gap >= 0.5 * second.end.distance;
 }
 
-void add_constraint(const Step& step, Index slot, const Hit& hit, const PairMemory& memory, std::vector<Constraint>& constraints) {
-  Constraint c;
-  c.slave_body = step.slave.body, c.master_body = step.master.body;
-  c.slave = step.slave.nodes[slot];
-  for (int a = 0; a < 4; ++a) c.masters[a] = step.master.faces(hit.face, a);
-  c.weights = hit.end.weights;
-  c.normal = hit.end.normal;
-  c.gap = hit.end.distance - memory.offset[slot];
-  c.start_gap = hit.start_gap - memory.offset[slot];
-  c.slot = slot, c.face = hit.face;
-  constraints.push_back(c);
+void add_point(const Step& step, Index slot, const Hit& hit, const PairMemory& memory, ContactList& list) {
+  ContactPoint point;
+  point.frame = contact_frame(hit.end.normal);
+  point.gap[0] = hit.end.distance - memory.offset[slot];
+  point.start_gap = hit.start_gap - memory.offset[slot];
+  point.area = step.slave.areas[slot];
+  point.slot = slot, point.face = hit.face;
+  point.first_term = static_cast<Index>(list.terms.size());
+  list.terms.push_back({step.slave.body, step.slave.nodes[slot], 1});
+  for (int a = 0; a < 4; ++a)
+    if (hit.end.weights[a] != 0) list.terms.push_back({step.master.body, step.master.faces(hit.face, a), -hit.end.weights[a]});
+  point.n_terms = static_cast<Index>(list.terms.size()) - point.first_term;
+  list.points.push_back(point);
 }
 
-void detect_node(const Step& step, Index slot, PairMemory& memory, std::vector<Hit>& hits, std::vector<Constraint>& constraints) {
+void detect_node(const Step& step, Index slot, PairMemory& memory, std::vector<Hit>& hits, ContactList& points) {
   const CandidateList& list = memory.grid.candidates;
   Touch touch{memory.face[slot]};
   if (touch.face >= 0) touch.normal = mean_normal(corners(step.master, touch.face, step.master_body.start));
@@ -169,7 +171,7 @@ void detect_node(const Step& step, Index slot, PairMemory& memory, std::vector<H
   for (std::size_t i = 0; i < hits.size(); ++i) {
     const auto also = [&](const Hit& first) { return holds_too(step, first, hits[i]); };
     if (!std::all_of(hits.begin(), hits.begin() + static_cast<std::ptrdiff_t>(n_held), also)) continue;
-    add_constraint(step, slot, hits[i], memory, constraints);
+    add_point(step, slot, hits[i], memory, points);
     std::swap(hits[n_held++], hits[i]);
   }
 }
@@ -177,8 +179,7 @@ void detect_node(const Step& step, Index slot, PairMemory& memory, std::vector<H
 }  // namespace
 
 void detect(const ContactSurface& slave, const ContactBody& slave_body, const ContactSurface& master,
-            const ContactBody& master_body, bool initial, const DetectionOptions& options, PairMemory& memory,
-            std::vector<Constraint>& constraints) {
+            const ContactBody& master_body, bool initial, const DetectionOptions& options, PairMemory& memory, ContactList& list) {
   const Index n = static_cast<Index>(slave.nodes.size());
   if (memory.offset.size() != n) memory.offset.setZero(n), memory.face.assign(n, -1);
   Step step{slave, slave_body, master, master_body, options, initial, 0, mean_motion(master, master_body)};
@@ -189,21 +190,26 @@ void detect(const ContactSurface& slave, const ContactBody& slave_body, const Co
   fill_boxes(step, memory);
   find_candidates(memory.node_boxes, memory.face_boxes, memory.grid);
   std::vector<Hit> hits;
-  for (Index slot = 0; slot < n; ++slot) detect_node(step, slot, memory, hits, constraints);
+  for (Index slot = 0; slot < n; ++slot) detect_node(step, slot, memory, hits, list);
 }
 
-void remember(const std::vector<Constraint>& constraints, std::size_t first, std::size_t last, const Vector& end_gap,
-              const Vector& impulse, double closed, PairMemory& memory) {
+void remember(const ContactList& list, std::size_t first, std::size_t last, const Points& end_gap, const Points& impulse,
+              double closed, PairMemory& memory) {
   std::fill(memory.face.begin(), memory.face.end(), -1);
+  memory.impulse.setZero(memory.offset.size(), 3);
   memory.depth = 0;
   for (std::size_t i = first; i < last; ++i) {
-    const Constraint& c = constraints[i];
-    if (memory.face[c.slot] < 0 && (impulse[i] > 0 || end_gap[i] < closed)) memory.face[c.slot] = c.face;
-    // end_gap counts from the offset: what has opened stays open. The offset is that of the node's first face
-    double& offset = memory.offset[c.slot];
-    memory.depth = std::max(memory.depth, -end_gap[i] - offset);
-    const bool is_first = i == first || constraints[i - 1].slot != c.slot;
-    if (offset < 0 && is_first) offset = std::min(0.0, offset + std::max(0.0, end_gap[i]));
+    const ContactPoint& point = list.points[i];
+    const Index row = static_cast<Index>(i);
+    const double gap = end_gap(row, 0);
+    if (memory.face[point.slot] < 0 && (impulse(row, 0) > 0 || gap < closed))
+      memory.face[point.slot] = std::max<Index>(point.face, 0);
+    memory.impulse.row(point.slot) += impulse.row(row) * point.frame;
+    // The gap counts from the offset: what has opened stays open. The offset is that of the node's first face
+    double& offset = memory.offset[point.slot];
+    memory.depth = std::max(memory.depth, -gap - offset);
+    const bool is_first = i == first || list.points[i - 1].slot != point.slot;
+    if (offset < 0 && is_first) offset = std::min(0.0, offset + std::max(0.0, gap));
   }
 }
 

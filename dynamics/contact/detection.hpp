@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "dynamics/contact/broad_phase.hpp"
+#include "dynamics/contact/contact_point.hpp"
 #include "dynamics/contact/contact_surface.hpp"
 
 namespace cbr {
@@ -24,23 +25,24 @@ struct DetectionOptions {
 struct PairMemory {
   std::vector<Index> face;  // master face it touched in the last step, or -1
   Vector offset;            // <= 0: overlap that is left as it is
+  Points impulse;           // of the last step, scene axes: where the solver starts from
+  Points elastic_slip;      // penalty with friction: tangential stretch of the springs, scene axes
   std::vector<Box> node_boxes, face_boxes;
   BroadPhase grid;
   double initial_overlap = 0;  // largest depth found by the initial detection
   double depth = 0;            // largest depth at the end of the last step: what is behind a face is still looked for
 };
 
-// Appends the constraints of a pair. Positions are those of the bodies' start and predicted end; the path of a node relative to a
-// face tells on which side it comes from, so that neither a large step nor a thin body lets it through. Further faces of a node are
-// added when their normals differ by more than 45 degrees (a corner). `initial`: first step of the run: nodes may overlap by up to
-// a face's size and keep that overlap.
+// Appends the contact points of a pair; slips are left 0. Positions are those of the bodies' start and predicted end; the path of a
+// node relative to a face tells on which side it comes from, so that neither a large step nor a thin body lets it through. Further
+// faces of a node are added when their normals differ by more than 45 degrees (a corner). `initial`: first step of the run: nodes
+// may overlap by up to a face's size and keep that overlap.
 void detect(const ContactSurface& slave, const ContactBody& slave_body, const ContactSurface& master,
-            const ContactBody& master_body, bool initial, const DetectionOptions& options, PairMemory& memory,
-            std::vector<Constraint>& constraints);
+            const ContactBody& master_body, bool initial, const DetectionOptions& options, PairMemory& memory, ContactList& list);
 
-// After the step: who touches (impulse or closed gap), and overlaps that have opened. `end_gap` and `impulse` go with
-// `constraints`; [first, last) are those of this pair.
-void remember(const std::vector<Constraint>& constraints, std::size_t first, std::size_t last, const Vector& end_gap,
-              const Vector& impulse, double closed, PairMemory& memory);
+// After the step: who touches (impulse or closed gap), and overlaps that have opened. [first, last) are the points of this search;
+// rows of `end_gap` and `impulse` (n x 3, in the points' frames) go with list.points.
+void remember(const ContactList& list, std::size_t first, std::size_t last, const Points& end_gap, const Points& impulse,
+              double closed, PairMemory& memory);
 
 }  // namespace cbr

@@ -2,15 +2,36 @@
 #include "dynamics/contact/enforcement.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace cbr {
 namespace {
 
-Vector gaps(const std::vector<Constraint>& constraints) {
-  Vector g(static_cast<Index>(constraints.size()));
-  for (Index i = 0; i < g.size(); ++i) g[i] = constraints[i].gap;
+// Rows of a points x 3 table as the solver has them, and back.
+Vector pack(const Points& table, const std::vector<PointLaw>& laws) {
+  const std::vector<Index> first = first_rows(laws);
+  Vector rows(first.back());
+  for (Index i = 0; i < table.rows(); ++i) rows.segment(first[i], n_rows(laws[i].law)) = table.row(i).head(n_rows(laws[i].law));
+  return rows;
+}
+
+Points unpack(const Vector& rows, const std::vector<PointLaw>& laws) {
+  const std::vector<Index> first = first_rows(laws);
+  Points table = Points::Zero(static_cast<Index>(laws.size()), 3);
+  for (Index i = 0; i < table.rows(); ++i) table.row(i).head(n_rows(laws[i].law)) = rows.segment(first[i], n_rows(laws[i].law));
+  return table;
+}
+
+Points gaps(const ContactList& list) {
+  Points g(static_cast<Index>(list.points.size()), 3);
+  for (Index i = 0; i < g.rows(); ++i) g.row(i) = list.points[i].gap.transpose();
   return g;
+}
+
+EnforcementResult solve(ContactSolver& solver, const ContactList& list, const std::vector<PointLaw>& laws, const Points& guess) {
+  const ContactSolution solution = solver.solve(pack(gaps(list), laws), pack(guess, laws));
+  return {unpack(solution.p, laws), unpack(solution.gap, laws), solution.residual, solution.fallback};
 }
 
 // Largest eigenvalue from above: power iteration, 5 % for what it has not yet found, never more than the largest row sum.
@@ -30,8 +51,17 @@ double largest_eigenvalue(const GapResponse& W) {
   return std::min(1.05 * lambda, row_sum);
 }
 
-EnforcementResult take(ComplementarityResult&& solved) {
-  return {std::move(solved.p), std::move(solved.gap), solved.residual, solved.fallback};
+// s of s + 4 zeta sqrt(s) = share (4 - x^2), and from it spring and dashpot.
+void fit_spring(double lambda, double h, double x, double damping, PenaltyMemory& memory) {
+  const double root = std::sqrt(4 * damping * damping + penalty_share * (4 - x * x)) - 2 * damping, s = root * root;
+  const double k = s / (h * lambda);
+  memory.stiffness = memory.n_seen > 0 ? std::min(memory.stiffness, k) : k;
+  memory.dashpot = 2 * damping * std::sqrt(memory.stiffness * h / lambda);
+}
+
+bool same_laws(const std::vector<PointLaw>& a, const std::vector<PointLaw>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](const PointLaw& x, const PointLaw& y) { return x.law == y.law && x.friction == y.friction; });
 }
 
 // Rows that differ by round-off give the same impulses to round-off.
@@ -39,48 +69,55 @@ constexpr double same_row_tolerance = 1e-11;
 
 }  // namespace
 
-EnforcementResult enforce_impulse(const std::vector<Constraint>& constraints, const std::vector<char>& guess, double h,
+EnforcementResult enforce_impulse(const ContactList& list, const std::vector<PointLaw>& laws, const Points& guess, double h,
                                   std::vector<ContactBody>& bodies, ImpulseMemory& memory) {
-  if (!memory.solver || memory.h != h || !same_rows(constraints, memory.rows, same_row_tolerance)) {
-    memory.rows = constraints;
-    memory.h = h;
-    memory.solver.emplace(gap_response(constraints, bodies));
+  if (!memory.solver || memory.h != h || !same_laws(laws, memory.laws) || !same_rows(list, memory.rows, laws, same_row_tolerance)) {
+    memory.rows = list, memory.laws = laws, memory.h = h;
+    memory.solver.emplace(gap_response(list, laws, bodies), laws);
   }
-  EnforcementResult result = take(memory.solver->solve(gaps(constraints), guess));
-  spread_impulses(memory.rows, result.p, bodies);
+  EnforcementResult result = solve(*memory.solver, list, laws, guess);
+  spread_impulses(memory.rows, laws, result.p, bodies);
   return result;
 }
 
-EnforcementResult enforce_penalty(const std::vector<Constraint>& constraints, double h, double x, std::vector<ContactBody>& bodies,
-                                  PenaltyMemory& memory) {
-  const Index m = static_cast<Index>(constraints.size());
+EnforcementResult enforce_penalty(const ContactList& list, const std::vector<PointLaw>& laws, double h, double x, double damping,
+                                  std::vector<ContactBody>& bodies, PenaltyMemory& memory, Points& elastic_slip) {
+  const Index m = static_cast<Index>(list.points.size());
   if (m > memory.n_seen) {
-    const double lambda = largest_eigenvalue(gap_response(constraints, bodies));
-    const double k = penalty_share * (4 - x * x) / (h * lambda);
-    memory.stiffness = memory.n_seen > 0 ? std::min(memory.stiffness, k) : k;
+    fit_spring(largest_eigenvalue(gap_response(list, laws, bodies)), h, x, damping, memory);
     memory.n_seen = m;
   }
-  EnforcementResult result;
-  result.p.resize(m);
+  EnforcementResult result{Points::Zero(m, 3),
+                           gaps(list)};  // gaps without this step's impulses: what may be behind a face at the end
+  const double k = memory.stiffness, c = memory.dashpot;
   for (Index i = 0; i < m; ++i) {
-    const double g = constraints[i].start_gap;
-    result.p[i] = memory.stiffness * h * std::max(0.0, -g);
+    const ContactPoint& point = list.points[i];
+    if (point.start_gap < 0) result.p(i, 0) = h * std::max(0.0, -k * point.start_gap - c * (point.gap[0] - point.start_gap) / h);
+    if (laws[i].law != ContactLaw::coulomb) continue;
+    // The spring's part in the tangent plane, given way to the cone
+    Vector3 stretch = point.frame * elastic_slip.row(i).transpose();
+    stretch[0] = 0;
+    const double pull = k * h * stretch.norm(), limit = laws[i].friction * result.p(i, 0);
+    if (pull > limit) stretch *= limit / pull;
+    result.p.row(i).tail<2>() = -k * h * stretch.tail<2>().transpose();
+    elastic_slip.row(i) = (point.frame.transpose() * stretch).transpose();
   }
-  result.gap = gaps(constraints);  // without this step's impulses: what may be behind a face at the end
-  spread_impulses(constraints, result.p, bodies);
+  spread_impulses(list, laws, result.p, bodies);
   return result;
 }
 
-EnforcementResult enforce_nodal(const std::vector<Constraint>& constraints, const std::vector<char>& guess, double h,
-                                const std::vector<Points>& masses, std::vector<ContactBody>& bodies) {
+EnforcementResult enforce_nodal(const ContactList& list, const Points& guess, double h, const std::vector<Points>& masses,
+                                std::vector<ContactBody>& bodies) {
   // S = h / m of each node and direction: the mass matrix by its row sums
   std::vector<ContactBody> weighed(bodies.size());
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     const Eigen::Map<const Vector> m(masses[b].data(), masses[b].size());
     weighed[b].response.diagonal = h * m.cwiseInverse();
   }
-  EnforcementResult result = take(ComplementaritySolver(gap_response(constraints, weighed)).solve(gaps(constraints), guess));
-  spread_impulses(constraints, result.p, bodies);
+  const std::vector<PointLaw> laws(list.points.size());
+  ContactSolver solver(gap_response(list, laws, weighed), laws);
+  EnforcementResult result = solve(solver, list, laws, guess);
+  spread_impulses(list, laws, result.p, bodies);
   return result;
 }
 

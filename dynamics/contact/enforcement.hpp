@@ -1,56 +1,61 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// From constraints to impulses: the three enforcements. All conserve linear momentum exactly: what a slave node gets, its face
-// gives.
+// From contact points to impulses: the three enforcements. All conserve linear momentum exactly: what the slave gets, the
+// master gives.
 #pragma once
 
 #include <optional>
-#include <string>
 #include <vector>
 
-#include "dynamics/contact/complementarity.hpp"
+#include "dynamics/contact/contact_point.hpp"
+#include "dynamics/contact/contact_solver.hpp"
 #include "dynamics/contact/contact_surface.hpp"
 
 namespace cbr {
 
-// What one enforcement did in one step.
+// What one enforcement did in one step; rows go with the points, columns with their frames.
 struct EnforcementResult {
-  Vector p;             // per constraint, >= 0
-  Vector gap;           // per constraint, at the end of the step
-  double residual = 0;  // of complementarity, see ComplementarityResult
+  Points p;             // impulses
+  Points gap;           // column 0: at the end of the step
+  double residual = 0;  // of the laws, see ContactSolution
   bool fallback = false;
 };
 
-// Kept from step to step by a group of constraints that is solved together.
+// Kept from step to step by a group of points that is solved together.
 struct ImpulseMemory {
-  std::vector<Constraint> rows;  // those that W was formed from
+  ContactList rows;  // those that W was formed from
+  std::vector<PointLaw> laws;
   double h = 0;
-  std::optional<ComplementaritySolver> solver;
+  std::optional<ContactSolver> solver;
 };
 
 // `impulse`: 0 <= p, 0 <= g_end, p . g_end = 0 with g_end = g + W p the gap at the END of the step (Carpenter, Taylor, Katona 1991,
-// doi 10.1002/nme.1620320107, with the bodies' full response). Adds to the bodies' impulses. W and its factor are kept while the
-// rows of G stand.
-EnforcementResult enforce_impulse(const std::vector<Constraint>& constraints, const std::vector<char>& guess, double h,
+// doi 10.1002/nme.1620320107, with the bodies' full response); with friction, Coulomb's law for the slip over the step; tied points
+// stay together. Adds to the bodies' impulses. `guess`: impulses of the last step (as EnforcementResult::p). W and its factor are
+// kept while the rows of G stand.
+EnforcementResult enforce_impulse(const ContactList& list, const std::vector<PointLaw>& laws, const Points& guess, double h,
                                   std::vector<ContactBody>& bodies, ImpulseMemory& memory);
 
 // Kept from step to step by a penalty pair.
 struct PenaltyMemory {
-  double stiffness = 0;  // k, force per length and node; 0: not yet found
-  Index n_seen = 0;      // largest number of constraints so far
+  double stiffness = 0;  // k, force per length and point; 0: not yet found
+  double dashpot = 0;    // c, force per velocity and point
+  Index n_seen = 0;      // largest number of points so far
 };
 
-// `penalty`: p = k h max(0, -g) with g at the start of the step. With x = omega_max h a step of k h G G^T kicks and free motion is
-// stable for k h lambda_max(W) <= 4 - x^2 (central differences; exact motion allows 2 + 2 cos x, which is more); k = penalty_share
-// of that. k is found from the first contact and lowered when more nodes take part, so that a contact does not change its spring.
-// `x` < 2.
+// `penalty`: p_n = h max(0, -k g - c g') with g at the start of the step and g' over it. With x = omega_max h a step of k h G G^T
+// kicks and free motion is stable for s = k h lambda_max(W) <= 4 - x^2 (central differences; exact motion allows 2 + 2 cos x, which
+// is more), a dashpot c = 2 zeta sqrt(k h / lambda_max) for s + 4 zeta sqrt(s) <= 4 - x^2; s is taken from penalty_share of that. k
+// is found from the first contact and lowered when more points take part, so that a contact does not change its spring. `x` < 2.
+// Friction: tangential springs k whose stretch `elastic_slip` (points x 3, scene axes, at the start of the step) gives way at mu
+// p_n.
 constexpr double penalty_share = 0.2;
-EnforcementResult enforce_penalty(const std::vector<Constraint>& constraints, double h, double x, std::vector<ContactBody>& bodies,
-                                  PenaltyMemory& memory);
+EnforcementResult enforce_penalty(const ContactList& list, const std::vector<PointLaw>& laws, double h, double x, double damping,
+                                  std::vector<ContactBody>& bodies, PenaltyMemory& memory, Points& elastic_slip);
 
 // `nodal`: what a code does that knows only nodal masses (method.md): the nodes' velocities alone are changed, each weighed by
 // `masses` (per contact body m x 3, scene axes), so that no gap is negative at the end. Adds impulses; velocity changes are
 // impulses / masses.
-EnforcementResult enforce_nodal(const std::vector<Constraint>& constraints, const std::vector<char>& guess, double h,
-                                const std::vector<Points>& masses, std::vector<ContactBody>& bodies);
+EnforcementResult enforce_nodal(const ContactList& list, const Points& guess, double h, const std::vector<Points>& masses,
+                                std::vector<ContactBody>& bodies);
 
 }  // namespace cbr

@@ -2,80 +2,63 @@
 #include "dynamics/contact/response.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace cbr {
 namespace {
 
-// The part of a row of G on one body: up to five nodes (a body may touch itself), coefficient times normal.
-struct BodyRow {
-  Index constraint = 0;
-  int n = 0;
-  std::array<Index, 5> node{};
-  std::array<double, 5> coefficient{};
-  Vector3 normal;
-};
+// The columns of G that belong to a body, as triplets per row: G_b   (m x 3 m_b)
+using RowMajorSparse = Eigen::SparseMatrix<double, Eigen::RowMajor, Index>;
 
-void add_node(BodyRow& row, Index node, double coefficient) {
-  if (coefficient == 0) return;
-  row.node[row.n] = node;
-  row.coefficient[row.n++] = coefficient;
-}
-
-std::vector<BodyRow> rows_of_body(const std::vector<Constraint>& constraints, Index body) {
-  std::vector<BodyRow> rows;
-  for (std::size_t i = 0; i < constraints.size(); ++i) {
-    const Constraint& c = constraints[i];
-    BodyRow row;
-    row.constraint = static_cast<Index>(i);
-    row.normal = c.normal;
-    if (c.slave_body == body) add_node(row, c.slave, 1);
-    if (c.master_body == body)
-      for (int a = 0; a < 4; ++a) add_node(row, c.masters[a], -c.weights[a]);
-    if (row.n > 0) rows.push_back(row);
-  }
-  return rows;
-}
-
-// W += G_b S_b G_b^T
-void add_dense(const std::vector<BodyRow>& rows, const Matrix& S, Matrix& W) {
-  const Index m = static_cast<Index>(rows.size());
-  Matrix SG(S.rows(), m);  // S_b G_b^T   (3 m_b x m)
-  for (Index j = 0; j < m; ++j) {
-    const BodyRow& row = rows[j];
-    SG.col(j).setZero();
-    for (int a = 0; a < row.n; ++a)
-      for (int c = 0; c < 3; ++c)
-        if (row.normal[c] != 0) SG.col(j) += row.coefficient[a] * row.normal[c] * S.col(3 * row.node[a] + c);
-  }
-  for (Index j = 0; j < m; ++j) {
-    for (Index i = j; i < m; ++i) {
-      const BodyRow& row = rows[i];
-      double sum = 0;
-      for (int a = 0; a < row.n; ++a) sum += row.coefficient[a] * row.normal.dot(SG.col(j).segment<3>(3 * row.node[a]));
-      W(row.constraint, rows[j].constraint) += sum;
-      if (i != j) W(rows[j].constraint, row.constraint) += sum;
+RowMajorSparse rows_of_body(const ContactList& list, const std::vector<PointLaw>& laws, Index m, Index body, Index n_nodes) {
+  std::vector<Eigen::Triplet<double, Index>> entries;
+  Index row = 0;
+  for (std::size_t i = 0; i < list.points.size(); ++i) {
+    const ContactPoint& point = list.points[i];
+    for (int d = 0; d < n_rows(laws[i].law); ++d, ++row) {
+      for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {
+        const ContactTerm& term = list.terms[t];
+        if (term.body != body) continue;
+        for (int c = 0; c < 3; ++c)
+          if (point.frame(d, c) != 0) entries.emplace_back(row, 3 * term.node + c, term.coefficient * point.frame(d, c));
+      }
     }
   }
-}
-
-SparseMatrix sparse_rows(const std::vector<BodyRow>& rows, Index m, Index n_nodes) {
-  std::vector<Eigen::Triplet<double, Index>> entries;
-  for (const BodyRow& row : rows)
-    for (int a = 0; a < row.n; ++a)
-      for (int c = 0; c < 3; ++c) entries.emplace_back(row.constraint, 3 * row.node[a] + c, row.coefficient[a] * row.normal[c]);
-  SparseMatrix G(m, 3 * n_nodes);
+  RowMajorSparse G(m, 3 * n_nodes);
   G.setFromTriplets(entries.begin(), entries.end());
   return G;
 }
 
+// W += G_b S_b G_b^T, with S_b read once.
+void add_dense(const RowMajorSparse& G, const Matrix& S, Matrix& W) {
+  // Only columns that G uses are formed: T = G_b S_b   (m x 3 m_b)
+  std::vector<char> used(S.cols(), 0);
+  for (Index i = 0; i < G.nonZeros(); ++i) used[G.innerIndexPtr()[i]] = 1;
+  Matrix T(G.rows(), S.cols());
+  for (Index c = 0; c < S.cols(); ++c)
+    if (used[c]) T.col(c).noalias() = G * S.col(c);
+  for (Index row = 0; row < G.rows(); ++row)
+    for (RowMajorSparse::InnerIterator it(G, row); it; ++it) W.col(row) += it.value() * T.col(it.col());
+}
+
 }  // namespace
 
-GapResponse gap_response(const std::vector<Constraint>& constraints, const std::vector<ContactBody>& bodies) {
-  const Index m = static_cast<Index>(constraints.size());
+Vector apply(const GapResponse& W, const Vector& p) {
+  if (W.is_sparse) return W.sparse * p;
+  return W.dense * p;
+}
+
+std::vector<Index> first_rows(const std::vector<PointLaw>& laws) {
+  std::vector<Index> first(laws.size() + 1, 0);
+  for (std::size_t i = 0; i < laws.size(); ++i) first[i + 1] = first[i] + n_rows(laws[i].law);
+  return first;
+}
+
+GapResponse gap_response(const ContactList& list, const std::vector<PointLaw>& laws, const std::vector<ContactBody>& bodies) {
+  const Index m = first_rows(laws).back();
   std::vector<Index> used;
-  for (const Constraint& c : constraints) used.push_back(c.slave_body), used.push_back(c.master_body);
+  for (const ContactTerm& term : list.terms)
+    if (used.empty() || used.back() != term.body) used.push_back(term.body);
   std::sort(used.begin(), used.end());
   used.erase(std::unique(used.begin(), used.end()), used.end());
   GapResponse W;
@@ -87,47 +70,52 @@ GapResponse gap_response(const std::vector<Constraint>& constraints, const std::
     W.dense.setZero(m, m);
   }
   for (const Index b : used) {
-    const auto rows = rows_of_body(constraints, b);
     const NodeResponse& S = bodies[b].response;
+    const Index n_nodes = (S.is_diagonal() ? S.diagonal.size() : S.dense.rows()) / 3;
+    const RowMajorSparse G = rows_of_body(list, laws, m, b, n_nodes);
     if (!S.is_diagonal()) {
-      add_dense(rows, S.dense, W.dense);
+      add_dense(G, S.dense, W.dense);
       continue;
     }
-    const SparseMatrix G = sparse_rows(rows, m, S.diagonal.size() / 3);
-    const SparseMatrix GSG = G * S.diagonal.asDiagonal() * SparseMatrix(G.transpose());
+    const RowMajorSparse GS = G * S.diagonal.asDiagonal();
+    const SparseMatrix GSG = GS * G.transpose();
     if (W.is_sparse) {
       W.sparse += GSG;
     } else {
-      W.dense += Matrix(GSG);
+      W.dense += GSG;
     }
   }
   return W;
 }
 
-Vector apply(const GapResponse& W, const Vector& p) {
-  if (W.is_sparse) return W.sparse * p;
-  return W.dense * p;
-}
-
-void spread_impulses(const std::vector<Constraint>& constraints, const Vector& p, std::vector<ContactBody>& bodies) {
-  for (std::size_t i = 0; i < constraints.size(); ++i) {
-    if (p[i] == 0) continue;
-    const Constraint& c = constraints[i];
-    bodies[c.slave_body].impulses.row(c.slave) += p[i] * c.normal.transpose();
-    for (int a = 0; a < 4; ++a)
-      if (c.weights[a] != 0) bodies[c.master_body].impulses.row(c.masters[a]) -= p[i] * c.weights[a] * c.normal.transpose();
+void spread_impulses(const ContactList& list, const std::vector<PointLaw>& laws, const Points& p,
+                     std::vector<ContactBody>& bodies) {
+  for (std::size_t i = 0; i < list.points.size(); ++i) {
+    const ContactPoint& point = list.points[i];
+    const auto of = p.row(static_cast<Index>(i));
+    if (of.isZero(0)) continue;
+    const bool tied = laws[i].law == ContactLaw::tied;
+    const Vector3 normal = tied ? Vector3(point.frame.transpose() * of.transpose()) : Vector3(of[0] * point.normal());
+    const Vector3 tangential = point.frame.bottomRows<2>().transpose() * of.tail<2>().transpose();
+    for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {
+      const ContactTerm& term = list.terms[t];
+      bodies[term.body].impulses.row(term.node) += term.coefficient * normal.transpose();
+      if (laws[i].law == ContactLaw::coulomb)
+        bodies[term.body].friction.row(term.node) += term.coefficient * tangential.transpose();
+    }
   }
 }
 
-bool same_rows(const std::vector<Constraint>& a, const std::vector<Constraint>& b, double tolerance) {
-  if (a.size() != b.size()) return false;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    const Constraint &x = a[i], &y = b[i];
-    if (x.slave_body != y.slave_body || x.slave != y.slave || x.master_body != y.master_body || x.masters != y.masters)
-      return false;
-    if ((x.normal - y.normal).cwiseAbs().maxCoeff() > tolerance) return false;
-    for (int k = 0; k < 4; ++k)
-      if (std::abs(x.weights[k] - y.weights[k]) > tolerance) return false;
+bool same_rows(const ContactList& a, const ContactList& b, const std::vector<PointLaw>& laws, double tolerance) {
+  if (a.points.size() != b.points.size() || a.terms.size() != b.terms.size()) return false;
+  for (std::size_t t = 0; t < a.terms.size(); ++t) {
+    const ContactTerm &x = a.terms[t], &y = b.terms[t];
+    if (x.body != y.body || x.node != y.node || std::abs(x.coefficient - y.coefficient) > tolerance) return false;
+  }
+  for (std::size_t i = 0; i < a.points.size(); ++i) {
+    const ContactPoint &x = a.points[i], &y = b.points[i];
+    const Index n = n_rows(laws[i].law);
+    if (x.n_terms != y.n_terms || (x.frame - y.frame).topRows(n).cwiseAbs().maxCoeff() > tolerance) return false;
   }
   return true;
 }

@@ -4,11 +4,12 @@
 
 #include <vector>
 
+#include "dynamics/contact/contact_point.hpp"
 #include "dynamics/contact/contact_surface.hpp"
 
 namespace cbr {
 
-// One of the two is filled: `sparse` when every body answers node by node and there are many constraints, else `dense`.
+// One of the two is filled: `sparse` when every body answers node by node and there are many rows, else `dense`.
 struct GapResponse {
   Matrix dense;         // m x m
   SparseMatrix sparse;  // m x m, both triangles
@@ -16,18 +17,22 @@ struct GapResponse {
   Index size() const { return is_sparse ? sparse.rows() : dense.rows(); }
 };
 
-// W = G S G^T (m x m): change of the gaps at the end of the step per unit impulse; S of all bodies' contact nodes.
-// Row i of G: normal on the slave node, -weights x normal on the master nodes.
-GapResponse gap_response(const std::vector<Constraint>& constraints, const std::vector<ContactBody>& bodies);
-
 // W p.
 Vector apply(const GapResponse& W, const Vector& p);
 
-// Adds G^T p to the bodies' impulses.
-void spread_impulses(const std::vector<Constraint>& constraints, const Vector& p, std::vector<ContactBody>& bodies);
+// Number of the first row of each point, and the number of all rows at the end.
+std::vector<Index> first_rows(const std::vector<PointLaw>& laws);
 
-// Whether two lists have the same nodes, weights and normals, so that W and its factor can be kept (`tolerance` absolute, on
-// numbers of the order of one).
-bool same_rows(const std::vector<Constraint>& a, const std::vector<Constraint>& b, double tolerance);
+// W = G S G^T (m x m): change of the gaps at the end of the step per unit impulse; S of all bodies' contact nodes.
+// A row of G: coefficient x direction on the nodes of the point's terms, directions being the rows of its frame.
+GapResponse gap_response(const ContactList& list, const std::vector<PointLaw>& laws, const std::vector<ContactBody>& bodies);
+
+// Adds impulses (points x 3, in the points' frames) to the bodies': normal ones, those of tied points as they are, to `impulses`,
+// tangential ones to `friction`.
+void spread_impulses(const ContactList& list, const std::vector<PointLaw>& laws, const Points& p, std::vector<ContactBody>& bodies);
+
+// Whether two lists have the same terms and directions, so that W and its factor can be kept (`tolerance` absolute, on numbers of
+// the order of one). Tangents count where `laws` (of both) have rows for them.
+bool same_rows(const ContactList& a, const ContactList& b, const std::vector<PointLaw>& laws, double tolerance);
 
 }  // namespace cbr

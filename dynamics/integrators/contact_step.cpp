@@ -9,26 +9,77 @@
 namespace cbr {
 namespace {
 
-// The constraints of some pairs, solved together.
-struct Group {
-  std::vector<Index> pairs;
-  std::vector<Constraint> constraints;
-  std::vector<std::size_t> first;  // of each pair, and the end
-  std::vector<char> guess;
+// The points that one search of a pair has found: its slave's nodes, or those of its master in a two-way contact.
+struct Search {
+  Index pair = 0;
+  PairMemory* memory = nullptr;
+  std::size_t first = 0, last = 0;
 };
+
+// The points of some pairs, solved together.
+struct Group {
+  std::vector<Search> searches;
+  ContactList list;
+  std::vector<PointLaw> laws;
+  Points guess;               // impulses of the last step, in the points' frames
+  std::vector<Index> bodies;  // contact bodies that a point has terms on, ascending
+};
+
+// Appends what holds tied surfaces together: the same rows in every step.
+void collect_ties(const ContactPair& pair, const ContactState& state, ContactList& list) {
+  const Index shift = static_cast<Index>(list.terms.size());
+  list.terms.insert(list.terms.end(), pair.ties.terms.begin(), pair.ties.terms.end());
+  for (std::size_t i = 0; i < pair.ties.points.size(); ++i) {
+    ContactPoint point = pair.ties.points[i];
+    Vector3 r = -pair.tie_offset.row(static_cast<Index>(i)).transpose();
+    for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {
+      const ContactTerm& term = pair.ties.terms[t];
+      r += term.coefficient * state.bodies[term.body].end.row(term.node).transpose();
+    }
+    point.gap = point.frame * r;
+    point.first_term += shift;
+    list.points.push_back(point);
+  }
+}
+
+void search(Simulation& sim, Index p, bool back, bool initial, const ContactState& state, Group& group) {
+  ContactPair& pair = sim.pairs[p];
+  PairMemory& memory = back ? pair.back : pair.memory;
+  const ContactSurface &slave = back ? pair.master : pair.slave, &master = back ? pair.slave : pair.master;
+  const ContactBody &slave_body = state.bodies[slave.body], &master_body = state.bodies[master.body];
+  const std::size_t first = group.list.points.size();
+  if (pair.law.law == ContactLaw::tied) {
+    collect_ties(pair, state, group.list);
+  } else {
+    detect(slave, slave_body, master, master_body, initial, sim.detection, memory, group.list);
+  }
+  group.searches.push_back({p, &memory, first, group.list.points.size()});
+  group.laws.resize(group.list.points.size(), pair.law);
+  if (pair.law.law != ContactLaw::coulomb) return;
+  for (std::size_t i = first; i < group.list.points.size(); ++i) {
+    ContactPoint& point = group.list.points[i];
+    point.gap.tail<2>() = point.frame.bottomRows<2>() * relative_motion(group.list, point, state.bodies);
+  }
+}
 
 Group collect(Simulation& sim, const std::vector<Index>& pairs, bool initial, const ContactState& state) {
   Group group;
-  group.pairs = pairs;
   for (const Index p : pairs) {
-    group.first.push_back(group.constraints.size());
-    ContactPair& pair = sim.pairs[p];
-    detect(pair.slave, state.bodies[pair.slave.body], pair.master, state.bodies[pair.master.body], initial, sim.detection,
-           pair.memory, group.constraints);
-    for (std::size_t i = group.first.back(); i < group.constraints.size(); ++i)
-      group.guess.push_back(pair.memory.face[group.constraints[i].slot] >= 0);
+    search(sim, p, false, initial, state, group);
+    if (sim.pairs[p].formulation == Formulation::two_way) search(sim, p, true, initial, state, group);
   }
-  group.first.push_back(group.constraints.size());
+  group.guess.setZero(static_cast<Index>(group.list.points.size()), 3);
+  for (const Search& of : group.searches) {
+    if (of.memory->impulse.rows() == 0) continue;
+    for (auto i = of.first; i < of.last; ++i) {
+      const ContactPoint& point = group.list.points[i];
+      group.guess.row(static_cast<Index>(i)) = of.memory->impulse.row(point.slot) * point.frame.transpose();
+    }
+  }
+  std::vector<char> used(state.bodies.size(), 0);
+  for (const ContactTerm& term : group.list.terms) used[term.body] = 1;
+  for (std::size_t b = 0; b < used.size(); ++b)
+    if (used[b]) group.bodies.push_back(static_cast<Index>(b));
   return group;
 }
 
@@ -50,111 +101,156 @@ std::vector<std::vector<Index>> islands(const Simulation& sim, const std::vector
   return list;
 }
 
-void book(Simulation& sim, const Group& group, const EnforcementResult& result, ContactOutcome& outcome) {
-  for (std::size_t k = 0; k < group.pairs.size(); ++k) {
-    ContactPair& pair = sim.pairs[group.pairs[k]];
-    const auto first = group.first[k], last = group.first[k + 1];
-    outcome.near[group.pairs[k]] = last > first;
-    for (auto i = first; i < last; ++i) {
-      outcome.active[group.pairs[k]] += result.p[i] > 0;
-      // A penalty looks at gaps at the start of a step
-      const double gap = pair.enforcement == Enforcement::penalty ? group.constraints[i].start_gap : result.gap[i];
-      pair.recent_penetration = std::max(pair.recent_penetration, -gap);
-    }
-    pair.recent_residual = std::max(pair.recent_residual, result.residual);
-    pair.n_fallbacks += result.fallback;
-    remember(group.constraints, first, last, result.gap, result.p, 1e-6 * pair.master.size, pair.memory);
-  }
-}
-
-void clear_impulses(const Group& group, ContactState& state) {
-  for (const Constraint& c : group.constraints) {
-    for (const Index b : {c.slave_body, c.master_body})
-      if (!state.bodies[b].impulses.isZero(0)) state.bodies[b].impulses.setZero();
-  }
-}
-
-std::vector<Index> bodies_of(const Group& group) {
-  std::vector<Index> list;
-  for (const Constraint& c : group.constraints) list.push_back(c.slave_body), list.push_back(c.master_body);
-  std::sort(list.begin(), list.end());
-  list.erase(std::unique(list.begin(), list.end()), list.end());
-  return list;
-}
-
 // end += S p, over the dofs that an impulse acts on.
-void move_end(ContactBody& body) {
-  Eigen::Map<Vector> end(body.end.data(), body.end.size());
-  const double* p = body.impulses.data();
-  for (Index i = 0; i < body.impulses.size(); ++i) {
+void move_end(const NodeResponse& response, const Points& impulses, Points& end_points) {
+  Eigen::Map<Vector> end(end_points.data(), end_points.size());
+  const double* p = impulses.data();
+  for (Index i = 0; i < impulses.size(); ++i) {
     if (p[i] == 0) continue;
-    if (body.response.is_diagonal()) {
-      end[i] += body.response.diagonal[i] * p[i];
+    if (response.is_diagonal()) {
+      end[i] += response.diagonal[i] * p[i];
     } else {
-      end += p[i] * body.response.dense.col(i);
+      end += p[i] * response.dense.col(i);
     }
   }
 }
 
 // Hands the impulses of the group to the bodies; nodal: as velocities of the nodes alone.
 void deliver(Simulation& sim, const Group& group, bool nodal, double h, ContactState& state, ContactOutcome& outcome) {
-  for (const Index b : bodies_of(group)) {
-    ContactBody& body = state.bodies[b];
-    if (body.impulses.isZero(0)) continue;
+  for (const Index b : group.bodies) {
+    ContactBody& contact = state.bodies[b];
     const ContactNodes& nodes = sim.contact_nodes[b];
-    outcome.touched[b] = 1;
-    state.impulses_since_output[b] += body.impulses;
-    if (nodal) {
-      const Points velocities = body.impulses.cwiseQuotient(state.masses[b]);
-      const Vector3 momentum = body.impulses.colwise().sum().transpose();
-      const Vector3 extra = sim.bodies[nodes.body]->add_velocities(nodes.set, velocities, momentum);
-      body.end += h * (velocities.rowwise() + extra.transpose());
-    } else {
-      sim.bodies[nodes.body]->add_impulses(nodes.set, body.impulses);
-      move_end(body);
+    Body& body = *sim.bodies[nodes.body];
+    const bool pushed = !contact.impulses.isZero(0), rubbed = !contact.friction.isZero(0);
+    outcome.touched[b] |= pushed || rubbed;
+    if (pushed && nodal) {
+      const Points velocities = contact.impulses.cwiseQuotient(state.masses[b]);
+      const Vector3 momentum = contact.impulses.colwise().sum().transpose();
+      const Vector3 extra = body.add_velocities(nodes.set, velocities, momentum);
+      contact.end += h * (velocities.rowwise() + extra.transpose());
+    } else if (pushed) {
+      body.add_impulses(nodes.set, contact.impulses, ImpulseKind::contact);
+      move_end(contact.response, contact.impulses, contact.end);
     }
+    if (rubbed) {
+      body.add_impulses(nodes.set, contact.friction, ImpulseKind::friction);
+      move_end(contact.response, contact.friction, contact.end);
+    }
+    if (pushed) state.impulses_since_output[b] += contact.impulses;
+    if (rubbed) state.impulses_since_output[b] += contact.friction;
+  }
+}
+
+// The pair's share of a search: resultants, extremes.
+void book_pair(const Group& group, const Search& of, const EnforcementResult& result, const ContactState& state, ContactPair& pair,
+               Index& active) {
+  const bool tied = pair.law.law == ContactLaw::tied;
+  const double side = of.memory == &pair.memory ? 1 : -1;
+  for (auto i = of.first; i < of.last; ++i) {
+    const ContactPoint& point = group.list.points[i];
+    const auto p = result.p.row(static_cast<Index>(i));
+    const double normal = p[0];
+    const bool acts = tied ? !p.isZero(0) : normal > 0;
+    // A penalty looks at gaps at the start of a step
+    const double gap = pair.enforcement == Enforcement::penalty ? point.start_gap : result.gap(static_cast<Index>(i), 0);
+    if (!tied) pair.recent_penetration = std::max(pair.recent_penetration, -gap);
+    if (!acts) continue;
+    ++active;
+    pair.area += point.area;
+    pair.impulse += side * (point.frame.transpose() * p.transpose());
+    if (tied) continue;
+    pair.normal_impulse += normal;
+    pair.moment += normal * slave_position(group.list, point, state.bodies);
+  }
+}
+
+void book(Simulation& sim, const Group& group, const EnforcementResult& result, const ContactState& state,
+          ContactOutcome& outcome) {
+  for (const Search& of : group.searches) sim.pairs[of.pair].area = 0;
+  for (const Search& of : group.searches) {
+    ContactPair& pair = sim.pairs[of.pair];
+    outcome.near[of.pair] |= of.last > of.first;
+    book_pair(group, of, result, state, pair, outcome.active[of.pair]);
+    pair.largest_area = std::max(pair.largest_area, pair.area);
+    pair.recent_residual = std::max(pair.recent_residual, result.residual);
+    pair.n_fallbacks += result.fallback;
+    if (pair.law.law == ContactLaw::tied) continue;
+    remember(group.list, of.first, of.last, result.gap, result.p, 1e-6 * pair.master.size, *of.memory);
   }
 }
 
 void prepare(const Simulation& sim, const Group& group, double h, ContactState& state) {
-  for (const Index b : bodies_of(group)) {
+  for (const Index b : group.bodies) {
     ContactBody& body = state.bodies[b];
+    body.impulses.setZero(), body.friction.setZero();
     if (body.response_h == h) continue;
     body.response = sim.bodies[sim.contact_nodes[b].body]->response(sim.contact_nodes[b].set, h);
     body.response_h = h;
   }
-  clear_impulses(group, state);
 }
 
 double largest_frequency(const Simulation& sim, const Group& group) {
   double omega = 0;
-  for (const Index b : bodies_of(group)) omega = std::max(omega, sim.bodies[sim.contact_nodes[b].body]->largest_frequency());
+  for (const Index b : group.bodies) omega = std::max(omega, sim.bodies[sim.contact_nodes[b].body]->largest_frequency());
   return omega;
 }
 
-void solve_group(Simulation& sim, Enforcement enforcement, const std::vector<Index>& pairs, double h, bool initial,
-                 ContactState& state, ContactOutcome& outcome) {
+// The springs' stretch at the start of the step, per point.
+Points elastic_slips(const Group& group) {
+  Points slip = Points::Zero(static_cast<Index>(group.list.points.size()), 3);
+  for (const Search& of : group.searches) {
+    if (of.memory->elastic_slip.rows() == 0) continue;
+    for (auto i = of.first; i < of.last; ++i)
+      slip.row(static_cast<Index>(i)) = of.memory->elastic_slip.row(group.list.points[i].slot);
+  }
+  return slip;
+}
+
+// Adds the step's motion to the stretch of the springs in contact; the others are let go.
+void stretch_springs(const Group& group, const EnforcementResult& result, const Points& slip, const ContactState& state) {
+  for (const Search& of : group.searches) {
+    of.memory->elastic_slip.setZero(of.memory->offset.size(), 3);
+    for (auto i = of.first; i < of.last; ++i) {
+      const ContactPoint& point = group.list.points[i];
+      if (group.laws[i].law != ContactLaw::coulomb || !(result.p(static_cast<Index>(i), 0) > 0)) continue;
+      const Vector3 motion = relative_motion(group.list, point, state.bodies);
+      of.memory->elastic_slip.row(point.slot) =
+          slip.row(static_cast<Index>(i)) + (motion - point.normal() * point.normal().dot(motion)).transpose();
+    }
+  }
+}
+
+EnforcementResult enforce(Simulation& sim, const Group& group, double h, ContactState& state, ContactOutcome& outcome) {
+  const Index p = group.searches.front().pair;
+  ContactPair& pair = sim.pairs[p];
+  const bool nodal = pair.enforcement == Enforcement::nodal;
+  EnforcementResult result;
+  if (pair.enforcement == Enforcement::penalty) {
+    Points slip = elastic_slips(group);
+    result = enforce_penalty(group.list, group.laws, h, largest_frequency(sim, group) * h, pair.damping, state.bodies, pair.penalty,
+                             slip);
+    deliver(sim, group, nodal, h, state, outcome);
+    stretch_springs(group, result, slip, state);
+    return result;
+  }
+  result = nodal ? enforce_nodal(group.list, group.guess, h, state.masses, state.bodies)
+                 : enforce_impulse(group.list, group.laws, group.guess, h, state.bodies, state.islands[p]);
+  deliver(sim, group, nodal, h, state, outcome);
+  return result;
+}
+
+void solve_group(Simulation& sim, const std::vector<Index>& pairs, double h, bool initial, ContactState& state,
+                 ContactOutcome& outcome) {
   const Group group = collect(sim, pairs, initial, state);
-  if (group.constraints.empty()) {
-    for (const Index p : pairs) std::fill(sim.pairs[p].memory.face.begin(), sim.pairs[p].memory.face.end(), -1);
+  if (group.list.empty()) {
+    for (const Search& of : group.searches) {
+      std::fill(of.memory->face.begin(), of.memory->face.end(), -1);
+      of.memory->impulse.setZero(), of.memory->elastic_slip.setZero();
+    }
     return;
   }
   prepare(sim, group, h, state);
-  EnforcementResult result;
-  switch (enforcement) {
-    case Enforcement::impulse:
-      result = enforce_impulse(group.constraints, group.guess, h, state.bodies, state.islands[pairs.front()]);
-      break;
-    case Enforcement::penalty:
-      result =
-          enforce_penalty(group.constraints, h, largest_frequency(sim, group) * h, state.bodies, sim.pairs[pairs.front()].penalty);
-      break;
-    case Enforcement::nodal:
-      result = enforce_nodal(group.constraints, group.guess, h, state.masses, state.bodies);
-      break;
-  }
-  book(sim, group, result, outcome);
-  deliver(sim, group, enforcement == Enforcement::nodal, h, state, outcome);
+  book(sim, group, enforce(sim, group, h, state, outcome), state, outcome);
 }
 
 }  // namespace
@@ -165,7 +261,7 @@ ContactState start_contact(const Simulation& sim) {
   state.bodies.resize(n), state.masses.resize(n), state.impulses_since_output.resize(n);
   for (std::size_t b = 0; b < n; ++b) {
     state.bodies[b].impulses.setZero(static_cast<Index>(sim.contact_nodes[b].nodes.size()), 3);
-    state.impulses_since_output[b] = state.bodies[b].impulses;
+    state.impulses_since_output[b] = state.bodies[b].friction = state.bodies[b].impulses;
   }
   for (const ContactPair& pair : sim.pairs) {
     if (pair.enforcement != Enforcement::nodal) continue;
@@ -189,9 +285,9 @@ void contact_step(Simulation& sim, const std::vector<Index>& due, double h, bool
   outcome.active.assign(sim.pairs.size(), 0);
   // Penalty knows the start only; impulses see its effect on the end; nodal changes what the others leave.
   for (const Index p : due)
-    if (sim.pairs[p].enforcement == Enforcement::penalty) solve_group(sim, Enforcement::penalty, {p}, h, initial, state, outcome);
+    if (sim.pairs[p].enforcement == Enforcement::penalty) solve_group(sim, {p}, h, initial, state, outcome);
   for (const Enforcement enforcement : {Enforcement::impulse, Enforcement::nodal})
-    for (const auto& pairs : islands(sim, due, enforcement)) solve_group(sim, enforcement, pairs, h, initial, state, outcome);
+    for (const auto& pairs : islands(sim, due, enforcement)) solve_group(sim, pairs, h, initial, state, outcome);
 }
 
 }  // namespace cbr

@@ -4,25 +4,40 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "dynamics/bodies/body.hpp"
 #include "dynamics/contact/detection.hpp"
 #include "dynamics/contact/enforcement.hpp"
+#include "dynamics/contact/rigid_wall.hpp"
 #include "dynamics/integrators/time_plan.hpp"
 
 namespace cbr {
 
 struct ContactPair {
-  std::string name;              // "left.contact - right.contact"
-  ContactSurface slave, master;  // .body: index into Simulation::contact_nodes
+  std::string name;               // "left.contact - right.contact"
+  ContactSurface slave, master;   // .body: index into Simulation::contact_nodes
+  std::optional<RigidWall> wall;  // then `master` has no faces, the slave's body and size, and the wall's name
+  bool slave_is_first = true;     // of the two that the scene names
   Enforcement enforcement = Enforcement::impulse;
-  PairMemory memory;
+  Formulation formulation = Formulation::node_face;
+  PointLaw law;                  // frictionless, coulomb or tied
+  double damping = 0;            // penalty
+  std::optional<double> adjust;  // length, see ContactOptions
+  PairMemory memory, back;       // back: of the master's nodes on the slave's faces (two-way)
   PenaltyMemory penalty;
-  // Extremes of the run, and since the last output: largest gap below 0 at the end of a step, residual of complementarity
+  ContactList ties;   // tied: found at the start
+  Points tie_offset;  // ties x 3, scene axes: relative positions that are kept
+  // Extremes of the run, and since the last output: largest gap below 0 at the end of a step, residual of the laws
   double penetration = 0, residual = 0, recent_penetration = 0, recent_residual = 0;
   Index n_fallbacks = 0;
+  // Of the last step: area of the points with an impulse. Since the last output: impulse on the slave; normal impulses (magnitudes)
+  // and their first moment, scene axes
+  double area = 0, largest_area = 0;
+  Vector3 impulse = Vector3::Zero(), moment = Vector3::Zero();
+  double normal_impulse = 0;
 };
 
 // The contact nodes of one body: the union over its contact surfaces.
@@ -65,8 +80,10 @@ struct RunResult {
     std::vector<double> kinetic_energy, strain_energy;
   };
   struct OfPair {
-    std::vector<double> active, penetration, residual;
-  };  // at the output; largest since the last one
+    std::vector<double> active, penetration, residual;  // at the output; largest since the last one
+    std::vector<double> area;                           // in contact at the output
+    Series3 force, center_of_pressure;  // on the first-named surface, mean since the last output; where, or 0 without a force
+  };
   std::vector<OfMonitor> monitors;
   std::vector<OfBody> bodies;
   std::vector<OfPair> pairs;

@@ -159,13 +159,13 @@ class TimeLoop {
     ContactPair& pair = sim_.pairs[p];
     Body &a = body_of(pair.slave.body), &b = body_of(pair.master.body);
     due_at_[p] = step;
-    if (!options_.jumps || !a.is_exact() || !b.is_exact()) return;
+    if (!options_.jumps || !a.is_exact() || !b.is_exact() || pair.law.law == ContactLaw::tied) return;
     if (step > 0 && --wait_[p] > 0) return;
     bring(sim_.contact_nodes[pair.slave.body].body, step);
     bring(sim_.contact_nodes[pair.master.body].body, step);
     const double margin = 0.1 * pair.master.size;
-    const double apart = time_apart(a.motion_bound(sim_.contact_nodes[pair.slave.body].set),
-                                    b.motion_bound(sim_.contact_nodes[pair.master.body].set), margin);
+    const MotionBound bound = a.motion_bound(sim_.contact_nodes[pair.slave.body].set);
+    const double apart = time_apart(bound, b.motion_bound(sim_.contact_nodes[pair.master.body].set), margin);
     const double steps = std::floor(apart / plan().h);
     due_at_[p] = step + static_cast<Index>(std::min(steps, static_cast<double>(plan().n_steps() + 1)));
     backoff_[p] = steps > 0 ? 1 : std::min<Index>(2 * backoff_[p], 8);
@@ -178,20 +178,29 @@ class TimeLoop {
     result_.time.push_back(t);
     record_monitors(interval);
     record_energy();
+    record_pairs(interval);
+    check_finite(t);
+    if (options_.on_output) options_.on_output(step, t);
+  }
+
+  void record_pairs(double interval) {
     double active = 0;
     for (Index p = 0; p < n_pairs(); ++p) {
-      result_.pairs[p].active.push_back(static_cast<double>(outcome_.active[p]));
       ContactPair& pair = sim_.pairs[p];
-      result_.pairs[p].penetration.push_back(pair.recent_penetration);
-      result_.pairs[p].residual.push_back(pair.recent_residual);
+      RunResult::OfPair& of = result_.pairs[p];
+      of.active.push_back(static_cast<double>(outcome_.active[p]));
+      of.area.push_back(outcome_.active[p] > 0 ? pair.area : 0);
+      of.penetration.push_back(pair.recent_penetration);
+      of.residual.push_back(pair.recent_residual);
+      of.force.add(interval > 0 ? Vector3((pair.slave_is_first ? 1 : -1) * pair.impulse / interval) : Vector3::Zero());
+      of.center_of_pressure.add(pair.normal_impulse > 0 ? Vector3(pair.moment / pair.normal_impulse) : Vector3::Zero());
       pair.penetration = std::max(pair.penetration, pair.recent_penetration);
       pair.residual = std::max(pair.residual, pair.recent_residual);
-      pair.recent_penetration = pair.recent_residual = 0;
+      pair.recent_penetration = pair.recent_residual = pair.normal_impulse = 0;
+      pair.impulse = pair.moment = Vector3::Zero();
       active += static_cast<double>(outcome_.active[p]);
     }
     result_.active.push_back(active);
-    check_finite(t);
-    if (options_.on_output) options_.on_output(step, t);
   }
 
   void record_monitors(double interval) {
@@ -208,7 +217,7 @@ class TimeLoop {
   }
 
   void record_energy() {
-    double total = 0, external = 0, contact = 0;
+    double total = 0, external = 0, contact = 0, friction = 0;
     for (std::size_t b = 0; b < sim_.bodies.size(); ++b) {
       const BodyState state = sim_.bodies[b]->state();
       const BodyWork work = sim_.bodies[b]->work();
@@ -219,7 +228,7 @@ class TimeLoop {
       series.kinetic_energy.push_back(state.kinetic_energy);
       series.strain_energy.push_back(state.strain_energy);
       total += state.kinetic_energy + state.strain_energy;
-      external += work.external, contact += work.contact;
+      external += work.external, contact += work.contact, friction += work.friction;
       if (state.rotation > result_.largest_rotation) {
         result_.largest_rotation = state.rotation;
         result_.most_rotated = static_cast<Index>(b);
@@ -228,7 +237,7 @@ class TimeLoop {
     result_.total.push_back(total);
     result_.work_external.push_back(external);
     result_.work_contact.push_back(contact);
-    result_.work_friction.push_back(0);  // every pair is frictionless
+    result_.work_friction.push_back(friction);
   }
 
   void check_finite(double t) const {

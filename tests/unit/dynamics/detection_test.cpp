@@ -40,27 +40,26 @@ Patch patch(int n, double z, bool up, double size = 1) {
 
 void move(Patch& p, const Vector3& d) { p.body.end = p.body.start.rowwise() + d.transpose(); }
 
-std::vector<Constraint> run(const Patch& slave, const Patch& master, PairMemory& memory, bool initial = false) {
-  std::vector<Constraint> constraints;
-  detect(slave.surface, slave.body, master.surface, master.body, initial, {}, memory, constraints);
-  return constraints;
+ContactList run(const Patch& slave, const Patch& master, PairMemory& memory, bool initial = false) {
+  ContactList list;
+  detect(slave.surface, slave.body, master.surface, master.body, initial, {}, memory, list);
+  return list;
 }
 
 TEST(Detection, MatchingFacesKeepTheirEdgeNodes) {
   Patch top = patch(4, 0.01, false), bottom = patch(4, 0, true);
   move(top, Vector3(0.004, 0.003, -0.02));  // 2 % of a face is 0.005
   PairMemory memory;
-  const auto constraints = run(top, bottom, memory);
-  EXPECT_EQ(constraints.size(), 25u);
-  for (const auto& c : constraints) {
-    EXPECT_NEAR(c.gap, -0.01, 1e-12);
-    EXPECT_NEAR(c.normal[2], 1, 1e-12);
-    double sum = 0;
-    for (const double w : c.weights) {
-      EXPECT_GE(w, 0);
-      sum += w;
-    }
-    EXPECT_NEAR(sum, 1, 1e-14);
+  const auto list = run(top, bottom, memory);
+  EXPECT_EQ(list.points.size(), 25u);
+  for (const auto& c : list.points) {
+    EXPECT_NEAR(c.gap[0], -0.01, 1e-12);
+    EXPECT_NEAR(c.normal()[2], 1, 1e-12);
+    double slave = 0, master = 0;
+    for (Index t = c.first_term; t < c.first_term + c.n_terms; ++t)
+      (list.terms[t].coefficient > 0 ? slave : master) += list.terms[t].coefficient;
+    EXPECT_EQ(slave, 1);
+    EXPECT_NEAR(master, -1, 1e-14);
   }
 }
 
@@ -69,9 +68,9 @@ TEST(Detection, FastBodiesDoNotTunnel) {
     Patch top = patch(3, 0.1, false), bottom = patch(5, 0, true);
     move(top, Vector3(0, 0, -speed));
     PairMemory memory;
-    const auto constraints = run(top, bottom, memory);
-    ASSERT_EQ(constraints.size(), 16u) << speed;
-    for (const auto& c : constraints) EXPECT_NEAR(c.gap, 0.1 - speed, 1e-12);
+    const auto list = run(top, bottom, memory);
+    ASSERT_EQ(list.points.size(), 16u) << speed;
+    for (const auto& c : list.points) EXPECT_NEAR(c.gap[0], 0.1 - speed, 1e-12);
   }
 }
 
@@ -80,8 +79,8 @@ TEST(Detection, CommonMotionChangesNothing) {
   move(top, Vector3(1000, -500, 299.8));
   move(bottom, Vector3(1000, -500, 300));
   PairMemory memory;
-  const auto constraints = run(top, bottom, memory);
-  EXPECT_EQ(constraints.size(), 16u);
+  const auto list = run(top, bottom, memory);
+  EXPECT_EQ(list.points.size(), 16u);
   EXPECT_LE(memory.grid.candidates.target.size(), 16u * 9u);
 }
 
@@ -105,11 +104,11 @@ TEST(Detection, TheFarSideOfAThinPlateDoesNotCatch) {
     move(*p, Vector3(0, 0, -0.03));  // to -0.025, nearer to the bottom than to the top
   }
   PairMemory memory;
-  const auto constraints = run(node, plate, memory);
-  ASSERT_EQ(constraints.size(), 4u);
-  for (const auto& c : constraints) {
-    EXPECT_NEAR(c.normal[2], 1, 1e-12);
-    EXPECT_NEAR(c.gap, -0.025, 1e-12);
+  const auto list = run(node, plate, memory);
+  ASSERT_EQ(list.points.size(), 4u);
+  for (const auto& c : list.points) {
+    EXPECT_NEAR(c.normal()[2], 1, 1e-12);
+    EXPECT_NEAR(c.gap[0], -0.025, 1e-12);
   }
 }
 
@@ -123,12 +122,12 @@ TEST(Detection, BodiesBehindASurfaceAreLeftAlone) {
 TEST(Detection, InitialOverlapIsKeptAndReported) {
   Patch top = patch(3, -0.05, false), bottom = patch(3, 0, true);
   PairMemory memory;
-  const auto constraints = run(top, bottom, memory, true);
-  ASSERT_EQ(constraints.size(), 16u);
+  const auto list = run(top, bottom, memory, true);
+  ASSERT_EQ(list.points.size(), 16u);
   EXPECT_NEAR(memory.initial_overlap, 0.05, 1e-12);
-  for (const auto& c : constraints) EXPECT_NEAR(c.gap, 0, 1e-12);
+  for (const auto& c : list.points) EXPECT_NEAR(c.gap[0], 0, 1e-12);
   // Half of it opens: that half is not given up again.
-  remember(constraints, 0, constraints.size(), Vector::Constant(16, 0.02), Vector::Zero(16), 0.03, memory);
+  remember(list, 0, list.points.size(), Points::Constant(16, 3, 0.02), Points::Zero(16, 3), 0.03, memory);
   EXPECT_NEAR(memory.offset.minCoeff(), -0.03, 1e-12);
 }
 
@@ -146,9 +145,9 @@ TEST(Detection, ACornerHoldsFromBothSides) {
   node.body.start.col(0).array() += 0.01, node.body.start.col(1).array() += 0.4;
   move(node, Vector3(-0.02, 0, -0.02));
   PairMemory memory;
-  const auto constraints = run(node, corner, memory);
+  const auto list = run(node, corner, memory);
   int wall = 0, floor = 0;
-  for (const auto& c : constraints) wall += c.normal[0] > 0.99, floor += c.normal[2] > 0.99;
+  for (const auto& c : list.points) wall += c.normal()[0] > 0.99, floor += c.normal()[2] > 0.99;
   EXPECT_EQ(floor, 4);
   EXPECT_EQ(wall, 2);
 }
@@ -195,22 +194,22 @@ TEST(Detection, OnlyTheFaceThatANodeCameThroughHoldsIt) {
         for (int step = 0; step < 4; ++step) {
           // Down and a little sidewards; then the node is put on the top, as a contact would do
           move(node, Vector3(1e-9, -1e-9, -gap - 1e-3));
-          auto constraints = run(node, plate, memory, step == 0);
-          Vector end_gap(static_cast<Index>(constraints.size())), impulse = end_gap;
+          auto list = run(node, plate, memory, step == 0);
+          Points end_gap = Points::Zero(static_cast<Index>(list.points.size()), 3), impulse = end_gap;
           std::array<int, 4> held{};
-          for (std::size_t i = 0; i < constraints.size(); ++i) {
-            const Constraint& c = constraints[i];
-            if (c.normal[2] > 0.99) {
+          for (std::size_t i = 0; i < list.points.size(); ++i) {
+            const ContactPoint& c = list.points[i];
+            if (c.normal()[2] > 0.99) {
               ++held[c.slot];
-              EXPECT_LT(c.gap, -9e-4);
+              EXPECT_LT(c.gap[0], -9e-4);
             } else {
-              EXPECT_GT(c.gap, -1e-8) << "pushed sidewards or through: inside " << inside << ", height " << height;
+              EXPECT_GT(c.gap[0], -1e-8) << "pushed sidewards or through: inside " << inside << ", height " << height;
             }
-            end_gap[static_cast<Index>(i)] = c.normal[2] > 0.99 ? 0 : c.gap;
-            impulse[static_cast<Index>(i)] = c.normal[2] > 0.99;
+            end_gap(static_cast<Index>(i), 0) = c.normal()[2] > 0.99 ? 0 : c.gap[0];
+            impulse(static_cast<Index>(i), 0) = c.normal()[2] > 0.99;
           }
           EXPECT_EQ(held, (std::array<int, 4>{1, 1, 1, 1})) << "inside " << inside << ", gap " << gap << ", step " << step;
-          remember(constraints, 0, constraints.size(), end_gap, impulse, 1e-6, memory);
+          remember(list, 0, list.points.size(), end_gap, impulse, 1e-6, memory);
           node.body.start.col(2).setConstant(step % 2 ? 1e-13 : -1e-13);
         }
       }
@@ -229,7 +228,7 @@ TEST(Detection, AgreesWithBruteForceOnRoughSurfaces) {
     bottom.body.end = bottom.body.start;
     move(top, Vector3(0.05 * unit(random), 0.05 * unit(random), -0.05));
     PairMemory memory;
-    const auto constraints = run(top, bottom, memory);
+    const auto list = run(top, bottom, memory);
     for (Index i = 0; i < top.body.end.rows(); ++i) {
       double nearest = 1e300;
       for (Index f = 0; f < bottom.surface.faces.rows(); ++f) {
@@ -237,8 +236,8 @@ TEST(Detection, AgreesWithBruteForceOnRoughSurfaces) {
         if (p.outside <= 0) nearest = std::min(nearest, p.distance);
       }
       double found = 1e300;
-      for (const auto& c : constraints)
-        if (c.slave == i) found = std::min(found, c.gap);
+      for (const auto& c : list.points)
+        if (c.slot == i) found = std::min(found, c.gap[0]);
       // At a ridge the face that it came through and the one that it is nearest to may differ by the roughness.
       if (nearest < 0) {
         EXPECT_NEAR(found, nearest, 0.01);
