@@ -47,6 +47,15 @@ TEST(BroadPhase, OneHugeAmongSmall) {
   expect_as_brute_force(random_boxes(random, 30, Vector3(2, 2, 2), 0.1), targets);
 }
 
+TEST(BroadPhase, TwoCloudsThatShareACorner) {
+  std::mt19937 random(4);
+  for (const double overlap : {0.3, 0.05, 0.0, -0.05}) {
+    auto targets = random_boxes(random, 200, Vector3(1, 1, 1), 0.1);
+    for (Box& box : targets) box.lower.array() += 1 - overlap, box.upper.array() += 1 - overlap;
+    expect_as_brute_force(random_boxes(random, 200, Vector3(1, 1, 1), 0.1), targets);
+  }
+}
+
 TEST(BroadPhase, NothingNearNothingFound) {
   std::mt19937 random(3);
   auto far = random_boxes(random, 20, Vector3(1, 1, 1), 0.1);
