@@ -94,12 +94,15 @@ EnforcementResult enforce_penalty(const ContactList& list, const std::vector<Poi
     const ContactPoint& point = list.points[i];
     if (point.start_gap < 0) result.p(i, 0) = h * std::max(0.0, -k * point.start_gap - c * (point.gap[0] - point.start_gap) / h);
     if (laws[i].law != ContactLaw::coulomb) continue;
-    // The spring's part in the tangent plane, given way to the cone
+    // The spring with the slip of this step, as far as it is in the tangent plane, given way to the cone
     Vector3 stretch = point.frame * elastic_slip.row(i).transpose();
+    stretch.tail<2>() += point.gap.tail<2>();
     stretch[0] = 0;
     const double pull = k * h * stretch.norm(), limit = laws[i].friction * result.p(i, 0);
     if (pull > limit) stretch *= limit / pull;
     result.p.row(i).tail<2>() = -k * h * stretch.tail<2>().transpose();
+    // What contact does to this step's slip is not yet in
+    stretch.tail<2>() -= point.gap.tail<2>();
     elastic_slip.row(i) = (point.frame.transpose() * stretch).transpose();
   }
   spread_impulses(list, laws, result.p, bodies);

@@ -165,7 +165,8 @@ class TimeLoop {
     bring(sim_.contact_nodes[pair.master.body].body, step);
     const double margin = 0.1 * pair.master.size;
     const MotionBound bound = a.motion_bound(sim_.contact_nodes[pair.slave.body].set);
-    const double apart = time_apart(bound, b.motion_bound(sim_.contact_nodes[pair.master.body].set), margin);
+    const double apart = pair.wall ? pair.wall->time_apart(bound, margin)
+                                   : time_apart(bound, b.motion_bound(sim_.contact_nodes[pair.master.body].set), margin);
     const double steps = std::floor(apart / plan().h);
     due_at_[p] = step + static_cast<Index>(std::min(steps, static_cast<double>(plan().n_steps() + 1)));
     backoff_[p] = steps > 0 ? 1 : std::min<Index>(2 * backoff_[p], 8);
