@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace cbr {
 namespace {
@@ -29,16 +30,56 @@ RowMajorSparse rows_of_body(const ContactList& list, const std::vector<PointLaw>
   return G;
 }
 
-// W += G_b S_b G_b^T, with S_b read once.
-void add_dense(const RowMajorSparse& G, const Matrix& S, Matrix& W) {
+// G_b S_b G_b^T over the rows that are not empty, with S_b read once   (r x r)
+Matrix dense_block(const RowMajorSparse& G, const std::vector<Index>& rows, const Matrix& S) {
   // Only columns that G uses are formed: T = G_b S_b   (m x 3 m_b)
   std::vector<char> used(S.cols(), 0);
   for (Index i = 0; i < G.nonZeros(); ++i) used[G.innerIndexPtr()[i]] = 1;
-  Matrix T(G.rows(), S.cols());
-  for (Index c = 0; c < S.cols(); ++c)
-    if (used[c]) T.col(c).noalias() = G * S.col(c);
+  const Index r = static_cast<Index>(rows.size());
+  Matrix T(r, S.cols()), block = Matrix::Zero(r, r);
+  for (Index c = 0; c < S.cols(); ++c) {
+    if (!used[c]) continue;
+    for (Index i = 0; i < r; ++i) {
+      double sum = 0;
+      for (RowMajorSparse::InnerIterator it(G, rows[i]); it; ++it) sum += it.value() * S(it.col(), c);
+      T(i, c) = sum;
+    }
+  }
+  for (Index j = 0; j < r; ++j)
+    for (RowMajorSparse::InnerIterator it(G, rows[j]); it; ++it) block.col(j) += it.value() * T.col(it.col());
+  return block;
+}
+
+std::vector<Index> rows_in_use(const RowMajorSparse& G) {
+  std::vector<Index> rows;
   for (Index row = 0; row < G.rows(); ++row)
-    for (RowMajorSparse::InnerIterator it(G, row); it; ++it) W.col(row) += it.value() * T.col(it.col());
+    if (G.outerIndexPtr()[row + 1] > G.outerIndexPtr()[row]) rows.push_back(row);
+  return rows;
+}
+
+SparseMatrix spread_block(const Matrix& block, const std::vector<Index>& rows, Index m) {
+  std::vector<Eigen::Triplet<double, Index>> entries;
+  entries.reserve(block.size());
+  for (Index j = 0; j < block.cols(); ++j)
+    for (Index i = 0; i < block.rows(); ++i) entries.emplace_back(rows[i], rows[j], block(i, j));
+  SparseMatrix W(m, m);
+  W.setFromTriplets(entries.begin(), entries.end());
+  return W;
+}
+
+// A body with its rows of G.
+struct BodyRows {
+  const NodeResponse* response = nullptr;
+  RowMajorSparse G;
+  std::vector<Index> rows;
+};
+
+// Many rows of which few answer to each other: lumped meshes, or many bodies in a chain.
+bool is_sparse(const std::vector<BodyRows>& bodies, Index m) {
+  double filled = 0;
+  for (const BodyRows& body : bodies)
+    if (!body.response->is_diagonal()) filled += static_cast<double>(body.rows.size()) * static_cast<double>(body.rows.size());
+  return m > 300 && filled < 0.25 * static_cast<double>(m) * static_cast<double>(m);
 }
 
 }  // namespace
@@ -61,28 +102,36 @@ GapResponse gap_response(const ContactList& list, const std::vector<PointLaw>& l
     if (used.empty() || used.back() != term.body) used.push_back(term.body);
   std::sort(used.begin(), used.end());
   used.erase(std::unique(used.begin(), used.end()), used.end());
+  std::vector<BodyRows> parts;
+  for (const Index b : used) {
+    const NodeResponse& S = bodies[b].response;
+    RowMajorSparse G = rows_of_body(list, laws, m, b, (S.is_diagonal() ? S.diagonal.size() : S.dense.rows()) / 3);
+    std::vector<Index> rows = rows_in_use(G);
+    parts.push_back({&S, std::move(G), std::move(rows)});
+  }
   GapResponse W;
-  W.is_sparse = m > 300;
-  for (const Index b : used) W.is_sparse &= bodies[b].response.is_diagonal();
+  W.is_sparse = is_sparse(parts, m);
   if (W.is_sparse) {
     W.sparse.resize(m, m);
   } else {
     W.dense.setZero(m, m);
   }
-  for (const Index b : used) {
-    const NodeResponse& S = bodies[b].response;
-    const Index n_nodes = (S.is_diagonal() ? S.diagonal.size() : S.dense.rows()) / 3;
-    const RowMajorSparse G = rows_of_body(list, laws, m, b, n_nodes);
-    if (!S.is_diagonal()) {
-      add_dense(G, S.dense, W.dense);
+  for (const BodyRows& part : parts) {
+    if (part.response->is_diagonal()) {
+      const RowMajorSparse GS = part.G * part.response->diagonal.asDiagonal();
+      const SparseMatrix GSG = GS * part.G.transpose();
+      if (W.is_sparse) {
+        W.sparse += GSG;
+      } else {
+        W.dense += GSG;
+      }
       continue;
     }
-    const RowMajorSparse GS = G * S.diagonal.asDiagonal();
-    const SparseMatrix GSG = GS * G.transpose();
+    const Matrix block = dense_block(part.G, part.rows, part.response->dense);
     if (W.is_sparse) {
-      W.sparse += GSG;
+      W.sparse += spread_block(block, part.rows, m);
     } else {
-      W.dense += GSG;
+      W.dense(part.rows, part.rows) += block;
     }
   }
   return W;
