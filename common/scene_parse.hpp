@@ -11,6 +11,14 @@ namespace cbr {
 // Relative to `folder`, which is absolute.
 std::filesystem::path resolve_path(const SceneNode& node, const std::filesystem::path& folder);
 
+// `name`, of an instance. InputError at `node` when there is none of that name.
+std::string parse_instance_name(const SceneNode& node, const std::string& name, const Scene& scene);
+std::string parse_instance_name(const SceneNode& node, const Scene& scene);  // the node's text
+// INSTANCE.SURFACE: the first dot is the cut, for instance names have none and surface names may.
+SurfaceName parse_surface_name(const SceneNode& node, const Scene& scene);
+// Names of components, instances and walls become parts of file and dataset names, and INSTANCE.SURFACE is cut at a dot.
+void require_plain_name(const SceneNode& node, const std::string& kind, const std::string& name);
+
 void parse_materials(const SceneNode& node, Scene& scene);
 void parse_components(const SceneNode& node, const std::filesystem::path& folder, Scene& scene);
 void parse_instances(const SceneNode& node, Scene& scene);
@@ -18,6 +26,7 @@ void parse_instances(const SceneNode& node, Scene& scene);
 void parse_skin(const SceneNode& node, const std::filesystem::path& folder, Scene& scene);
 void parse_boundary(const SceneNode& node, Scene& scene);
 void parse_loads(const SceneNode& node, Scene& scene);
+void parse_walls(const SceneNode& node, Scene& scene);
 void parse_contact(const SceneNode& node, Scene& scene);
 void parse_time(const SceneNode& node, Scene& scene);
 void parse_output(const SceneNode& node, Scene& scene);

@@ -14,12 +14,6 @@ std::vector<std::string> keys_of(const std::map<std::string, Value>& map) {
   return keys;
 }
 
-// Component and instance names become parts of file and dataset names; INSTANCE.SURFACE is cut at its first dot.
-void require_plain_name(const SceneNode& node, const std::string& kind, const std::string& name) {
-  if (name.find_first_of("./") == std::string::npos) return;
-  node.fail("the name of " + kind + " holds a dot or a slash: '" + name + "'");
-}
-
 Material parse_material(const SceneNode& node) {
   const SceneMap map = node.map({"youngs_modulus", "poissons_ratio", "density"});
   return {.youngs_modulus = map.at("youngs_modulus").positive(),
@@ -115,6 +109,11 @@ Instance parse_instance(const SceneNode& node, const std::string& name, const Sc
 }
 
 }  // namespace
+
+void require_plain_name(const SceneNode& node, const std::string& kind, const std::string& name) {
+  if (name.find_first_of("./") == std::string::npos) return;
+  node.fail("the name of " + kind + " holds a dot or a slash: '" + name + "'");
+}
 
 void check_basis(const std::string& basis, const std::string& where) {
   if (basis == "craig-bampton") return;

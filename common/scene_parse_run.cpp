@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Skin, boundary, loads, contact, time, output: what is done with it.
+// Skin, boundary, loads, time, output: what is done with it.
 #include <set>
 
 #include "common/scene_parse.hpp"
@@ -7,23 +7,6 @@
 
 namespace cbr {
 namespace {
-
-std::string parse_instance_name(const SceneNode& node, const std::string& name, const Scene& scene) {
-  std::vector<std::string> known;
-  for (const auto& instance : scene.instances) known.push_back(instance.name);
-  require_known(node, "instance", name, known);
-  return name;
-}
-
-std::string parse_instance_name(const SceneNode& node, const Scene& scene) { return parse_instance_name(node, node.text(), scene); }
-
-// The first dot is the cut: instance names have none, surface names may.
-SurfaceName parse_surface_name(const SceneNode& node, const Scene& scene) {
-  const std::string text = node.text();
-  const auto dot = text.find('.');
-  if (dot == std::string::npos || dot == 0 || dot + 1 == text.size()) node.fail("found '" + text + "', expected INSTANCE.SURFACE");
-  return {parse_instance_name(node, text.substr(0, dot), scene), text.substr(dot + 1), node.source()};
-}
 
 std::array<bool, 3> parse_axes(const SceneNode& node) {
   std::array<bool, 3> axes{};
@@ -69,30 +52,6 @@ Load parse_load(const SceneNode& node, const Scene& scene) {
   return load;
 }
 
-ContactOptions parse_one_contact(const SceneNode& node, const Scene& scene) {
-  const SceneMap map = node.map({"between", "enforcement", "friction"});
-  const auto& between = map.at("between");
-  const auto surfaces = between.list();
-  if (surfaces.size() != 2)
-    between.fail("has " + std::to_string(surfaces.size()) + " surfaces, expected two: [a.SURFACE, b.SURFACE]");
-  ContactOptions contact;
-  contact.source = node.source();
-  contact.first = parse_surface_name(surfaces[0], scene);
-  contact.second = parse_surface_name(surfaces[1], scene);
-  if (contact.first.text() == contact.second.text())
-    between.fail("'" + contact.first.text() + "' cannot be in contact with itself");
-  if (const auto* enforcement = map.find("enforcement")) {
-    contact.enforcement = enforcement->one_of(enforcement_words);
-  }
-  if (const auto* friction = map.find("friction")) {
-    contact.friction = friction->not_negative();
-    if (contact.friction > 0 && contact.enforcement == Enforcement::nodal) {
-      friction->fail("'enforcement: nodal' knows no friction, use impulse or penalty");
-    }
-  }
-  return contact;
-}
-
 void parse_step(const SceneNode& node, TimeOptions& time) {
   if (node.is_map()) {
     const SceneMap map = node.map({"cfl"});
@@ -106,6 +65,15 @@ void parse_step(const SceneNode& node, TimeOptions& time) {
 }
 
 }  // namespace
+
+std::string parse_instance_name(const SceneNode& node, const std::string& name, const Scene& scene) {
+  std::vector<std::string> known;
+  for (const auto& instance : scene.instances) known.push_back(instance.name);
+  require_known(node, "instance", name, known);
+  return name;
+}
+
+std::string parse_instance_name(const SceneNode& node, const Scene& scene) { return parse_instance_name(node, node.text(), scene); }
 
 void parse_skin(const SceneNode& node, const std::filesystem::path& folder, Scene& scene) {
   const SceneMap map = node.map({"surfaces", "youngs_modulus", "poissons_ratio", "density", "thickness", "mesh"});
@@ -137,10 +105,6 @@ void parse_boundary(const SceneNode& node, Scene& scene) {
 
 void parse_loads(const SceneNode& node, Scene& scene) {
   for (const auto& item : node.list()) scene.loads.push_back(parse_load(item, scene));
-}
-
-void parse_contact(const SceneNode& node, Scene& scene) {
-  for (const auto& item : node.list()) scene.contact.push_back(parse_one_contact(item, scene));
 }
 
 void parse_time(const SceneNode& node, Scene& scene) {

@@ -49,6 +49,7 @@ void parse_sections(const SceneMap& map, const fs::path& folder, Scene& scene) {
   if (const auto* node = map.find("skin")) parse_skin(*node, folder, scene);
   if (const auto* node = map.find("boundary")) parse_boundary(*node, scene);
   if (const auto* node = map.find("loads")) parse_loads(*node, scene);
+  if (const auto* node = map.find("walls")) parse_walls(*node, scene);
   if (const auto* node = map.find("contact")) parse_contact(*node, scene);
   if (const auto* node = map.find("time")) parse_time(*node, scene);
   if (const auto* node = map.find("output")) parse_output(*node, scene);
@@ -68,8 +69,9 @@ Scene read_scene(const std::string& file_or_dash) {
   Scene scene;
   scene.file = file_or_dash;
   try {
-    parse_sections(root.map({"materials", "components", "instances", "skin", "boundary", "loads", "contact", "time", "output"}),
-                   folder, scene);
+    parse_sections(
+        root.map({"materials", "components", "instances", "skin", "boundary", "loads", "walls", "contact", "time", "output"}),
+        folder, scene);
   } catch (const YAML::Exception& error) {
     throw InputError(name + ": is not a valid scene: " + error.what());
   }

@@ -21,6 +21,10 @@ inline const Words<MassKind> mass_words = {{"lumped", MassKind::lumped}, {"consi
 inline const Words<InstanceKind> instance_words = {{"superelement", InstanceKind::superelement}, {"mesh", InstanceKind::mesh}};
 inline const Words<Enforcement> enforcement_words = {
     {"impulse", Enforcement::impulse}, {"penalty", Enforcement::penalty}, {"nodal", Enforcement::nodal}};
+inline const Words<Formulation> formulation_words = {
+    {"node-face", Formulation::node_face}, {"two-way", Formulation::two_way}, {"mortar", Formulation::mortar}};
+inline const Words<WallOptions::Kind> wall_words = {
+    {"plane", WallOptions::Kind::plane}, {"sphere", WallOptions::Kind::sphere}, {"cylinder", WallOptions::Kind::cylinder}};
 inline const Words<Integrator> integrator_words = {
     {"exact", Integrator::exact}, {"central-difference", Integrator::central_difference}, {"newmark", Integrator::newmark}};
 

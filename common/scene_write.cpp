@@ -136,12 +136,26 @@ std::string load_text(const Load& load) {
   return map.text();
 }
 
+std::string wall_text(const WallOptions& wall) {
+  FlowMap map;
+  map.add(wall.kind == WallOptions::Kind::sphere ? "center" : "point", vector(wall.point));
+  if (wall.kind == WallOptions::Kind::plane) map.add("normal", vector(wall.direction));
+  if (wall.kind == WallOptions::Kind::cylinder) map.add("axis", vector(wall.direction));
+  if (wall.kind != WallOptions::Kind::plane) {
+    map.add("radius", number_text(wall.radius)).add("inside", wall.inside ? "true" : "false");
+  }
+  return FlowMap().add(word_of(wall_words, wall.kind), map.text()).text();
+}
+
 std::string contact_text(const ContactOptions& contact) {
-  return FlowMap()
-      .add("between", words({contact.first.text(), contact.second.text()}))
-      .add("enforcement", word_of(enforcement_words, contact.enforcement))
-      .add("friction", number_text(contact.friction))
-      .text();
+  FlowMap map;
+  map.add("between", contact.all ? "all" : words({contact.first.text(), contact.second.text()}));
+  map.add("formulation", word_of(formulation_words, contact.formulation));
+  map.add("enforcement", word_of(enforcement_words, contact.enforcement));
+  map.add("friction", number_text(contact.friction)).add("damping", number_text(contact.damping));
+  map.add("tied", contact.tied ? "true" : "false");
+  if (contact.adjust) map.add("adjust", number_text(*contact.adjust));
+  return map.text();
 }
 
 std::string time_text(const TimeOptions& time) {
@@ -175,6 +189,8 @@ void write_scene(const Scene& scene, std::ostream& out) {
   if (scene.skin) write_skin(*scene.skin, out);
   write_list("boundary", scene.boundary, boundary_text, out);
   write_list("loads", scene.loads, load_text, out);
+  if (!scene.walls.empty()) out << "walls:\n";
+  for (const auto& wall : scene.walls) out << "  " << word(wall.name) << ": " << wall_text(wall) << "\n";
   write_list("contact", scene.contact, contact_text, out);
   if (scene.time) out << "time: " << time_text(*scene.time) << "\n";
   std::vector<std::string> history;

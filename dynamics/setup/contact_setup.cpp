@@ -86,6 +86,8 @@ std::vector<ContactKind> add_contact(const Scene& scene, BuiltScene& built, Repo
   std::vector<std::pair<ContactSide, ContactSide>> sides;
   std::map<Index, std::set<Index>> nodes;
   for (const ContactOptions& options : scene.contact) {
+    if (options.all || options.second.is_wall())
+      throw InputError(options.source.text() + ": contact: all and rigid walls are not available yet in this version");
     sides.emplace_back(side_of(scene, built, options.first), side_of(scene, built, options.second));
     for (const ContactSide* side : {&sides.back().first, &sides.back().second}) {
       ContactKind& kind = in_contact[side->instance];

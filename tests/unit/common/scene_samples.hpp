@@ -47,9 +47,16 @@ loads:
   - {instance: left, surface: tip, traction: [-1, 0, 0], history: {time: [0, 3e-7, 6e-7], value: [0, 6.9e8, 0]}}
   - {instance: right, surface: tip.end, force: [0, 0, -100]}
   - {gravity: [0, 0, -9.81]}
+walls:
+  floor: {plane: {point: [0, 0, -0.25], normal: [0, 3, 4]}}
+  "the ball": {sphere: {center: [1, 2, 3], radius: 1.5e-3, inside: true}}
+  pipe: {cylinder: {point: [0, 0, 7], axis: [0, -2, 0], radius: 12, inside: true}}
 contact:
-  - {between: [left.contact, right.contact], enforcement: penalty, friction: 0.25}
+  - {between: [left.contact, right.contact], formulation: two-way, enforcement: penalty, friction: 0.25, damping: 0.125}
   - {between: [left.top, right.a.b], enforcement: nodal}
+  - {between: [floor, left.contact], friction: 0.375, adjust: 1.0e-5}
+  - {between: [left.side, third.top], tied: true, formulation: mortar}
+  - {between: all, adjust: 0}
 time: {end: 1.2e-5, step: 1.0e-8, integrator: newmark, force: true}
 output:
   every: 1.0e-7

@@ -77,7 +77,7 @@ TEST(Scene, everyKeyOfARunArrives) {
   EXPECT_EQ(scene.loads[1].surface, "tip.end");
   EXPECT_EQ(scene.loads[2].kind, Load::Kind::gravity);
   EXPECT_EQ(scene.loads[2].value, Vector3(0, 0, -9.81));
-  ASSERT_EQ(scene.contact.size(), 2u);
+  ASSERT_EQ(scene.contact.size(), 5u);
   EXPECT_EQ(scene.contact[0].enforcement, Enforcement::penalty);
   EXPECT_EQ(scene.contact[0].friction, 0.25);
   EXPECT_EQ(scene.contact[1].second.instance, "right");
@@ -91,6 +91,64 @@ TEST(Scene, everyKeyOfARunArrives) {
   EXPECT_EQ(scene.output.fields, (std::vector<std::string>{"displacement", "stress"}));
 }
 
+TEST(Scene, wallsAndContactArrive) {
+  const TemporaryFolder folder;
+  const Scene scene = read_text(folder, full_scene);
+  ASSERT_EQ(scene.walls.size(), 3u);
+  EXPECT_EQ(scene.walls[0].name, "floor");
+  EXPECT_EQ(scene.walls[0].kind, WallOptions::Kind::plane);
+  EXPECT_EQ(scene.walls[0].point, Vector3(0, 0, -0.25));
+  EXPECT_TRUE(scene.walls[0].direction.isApprox(Vector3(0, 0.6, 0.8), 1e-15));
+  EXPECT_EQ(scene.walls[1].name, "the ball");
+  EXPECT_EQ(scene.walls[1].kind, WallOptions::Kind::sphere);
+  EXPECT_EQ(scene.walls[1].point, Vector3(1, 2, 3));
+  EXPECT_EQ(scene.walls[1].radius, 1.5e-3);
+  EXPECT_TRUE(scene.walls[1].inside);
+  EXPECT_EQ(scene.walls[2].kind, WallOptions::Kind::cylinder);
+  EXPECT_EQ(scene.walls[2].point, Vector3(0, 0, 7));
+  EXPECT_EQ(scene.walls[2].direction, Vector3(0, -1, 0));
+  EXPECT_EQ(scene.walls[2].radius, 12);
+  EXPECT_TRUE(scene.walls[2].inside);
+  EXPECT_EQ(scene.contact[0].formulation, Formulation::two_way);
+  EXPECT_EQ(scene.contact[0].damping, 0.125);
+  EXPECT_EQ(scene.contact[2].first.text(), "left.contact");  // a wall is the second, wherever it stood
+  EXPECT_EQ(scene.contact[2].second.text(), "floor");
+  EXPECT_TRUE(scene.contact[2].second.is_wall());
+  EXPECT_EQ(scene.contact[2].friction, 0.375);
+  EXPECT_EQ(scene.contact[2].adjust, 1e-5);
+  EXPECT_TRUE(scene.contact[3].tied);
+  EXPECT_EQ(scene.contact[3].formulation, Formulation::mortar);
+  EXPECT_FALSE(scene.contact[3].all || scene.contact[3].adjust);
+  EXPECT_TRUE(scene.contact[4].all);
+  EXPECT_EQ(scene.contact[4].adjust, 0);
+}
+
+TEST(Scene, contactAllIsShortForAListOfIt) {
+  const TemporaryFolder folder;
+  const auto begin = full_scene.find("contact:\n"), end = full_scene.find("time: {end");
+  const auto with = [&](const std::string& contact) {
+    return written(read_text(folder, std::string(full_scene).replace(begin, end - begin, contact)));
+  };
+  EXPECT_EQ(with("contact: all\n"), with("contact: [{between: all}]\n"));
+}
+
+TEST(Scene, directionsAreMadeUnitWhateverTheirLength) {
+  const TemporaryFolder folder;
+  for (const char* normal : {"[0, 0, 1e-320]", "[0, 0, 1e300]", "[0, 0, 1]"}) {
+    EXPECT_EQ(read_text(folder, replaced(full_scene, "[0, 3, 4]", normal)).walls[0].direction, Vector3(0, 0, 1)) << normal;
+  }
+  std::mt19937_64 random(11);
+  std::uniform_real_distribution<double> sign(-1, 1), exponent(-300, 300);
+  for (int trial = 0; trial < 100; ++trial) {
+    std::ostringstream normal;
+    normal << "[" << sign(random) << ", " << sign(random) << ", " << sign(random) * std::pow(10, trial % 2 ? exponent(random) : 0)
+           << "]";
+    const Scene scene = read_text(folder, replaced(full_scene, "[0, 3, 4]", normal.str()));
+    EXPECT_NEAR(scene.walls[0].direction.norm(), 1, 1e-15) << normal.str();
+    EXPECT_EQ(read_text(folder, written(scene)).walls[0].direction, scene.walls[0].direction) << normal.str();
+  }
+}
+
 TEST(Scene, defaultsAreThoseOfTheContract) {
   const TemporaryFolder folder;
   const Scene scene = read_text(folder,
@@ -102,6 +160,10 @@ TEST(Scene, defaultsAreThoseOfTheContract) {
   EXPECT_EQ(scene.instances[0].as, InstanceKind::superelement);
   EXPECT_EQ(scene.contact[0].enforcement, Enforcement::impulse);
   EXPECT_EQ(scene.contact[0].friction, 0);
+  EXPECT_EQ(scene.contact[0].formulation, Formulation::node_face);
+  EXPECT_EQ(scene.contact[0].damping, 0);
+  EXPECT_FALSE(scene.contact[0].all || scene.contact[0].tied || scene.contact[0].adjust);
+  EXPECT_TRUE(scene.walls.empty());
   EXPECT_FALSE(scene.time->step || scene.time->cfl || scene.time->force_step);
   EXPECT_EQ(scene.time->integrator, Integrator::exact);
   EXPECT_EQ(scene.output.every, 0);
@@ -132,11 +194,13 @@ TEST(Scene, writtenAndReadIsTheSameScene) {
   }
   // What is written is what was read, too: the full scene says nothing by default, so every value stands in the text.
   const std::string once = written(read_text(folder, full_scene));
-  for (const char* value : {"5.17e+12",  "-0.25",         "hex8-hourglass", "consistent",     "\"two words\"",
-                            "modes: 80", "participation", "domains: 3",     "recovery: true", "cutoff_hz: 2e+06",
-                            "-20.5",     "mirror: x",     "3810",           "2.5e-10",        "[x, z]",
-                            "6.9e+08",   "-9.81",         "penalty",        "nodal",          "friction: 0.25",
-                            "newmark",   "force: true",   "right.contact",  "stress",         "\"true\""}) {
+  for (const char* value :
+       {"5.17e+12",      "-0.25",          "hex8-hourglass", "consistent",       "\"two words\"",   "modes: 80",
+        "participation", "domains: 3",     "recovery: true", "cutoff_hz: 2e+06", "-20.5",           "mirror: x",
+        "3810",          "2.5e-10",        "[x, z]",         "6.9e+08",          "-9.81",           "penalty",
+        "nodal",         "friction: 0.25", "newmark",        "force: true",      "right.contact",   "stress",
+        "\"true\"",      "two-way",        "mortar",         "damping: 0.125",   "adjust: 1e-05",   "tied: true",
+        "inside: true",  "radius: 0.0015", "between: all",   "\"the ball\"",     "axis: [0, -1, 0]"}) {
     EXPECT_NE(once.find(value), std::string::npos) << value;
   }
 }
