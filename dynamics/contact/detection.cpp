@@ -38,8 +38,6 @@ struct Touch {
   Vector3 normal = Vector3::Zero();
 };
 
-constexpr double same_side = 0.7;  // cosine between normals above which faces hold a node in the same direction
-
 Vector3 mean_normal(const FaceCorners& x) { return (x[2] - x[0]).cross(x[3] - x[1]).stableNormalized(); }
 
 Vector3 centre(const FaceCorners& x) {
@@ -179,8 +177,8 @@ void detect_node(const Step& step, Index slot, PairMemory& memory, std::vector<H
   std::stable_sort(hits.begin(), hits.end(), better);
   const Hit& best = hits.front();
   const double size = step.master.sizes[best.face];
-  if (touch.face < 0 && best.start_gap < -step.options.kept_depth * size) memory.offset[slot] = best.start_gap;
-  if (step.initial) memory.initial_overlap = std::max(memory.initial_overlap, -best.start_gap);
+  if (step.initial || (touch.face < 0 && best.start_gap < -step.options.kept_depth * size))
+    keep_overlap(slot, best.start_gap, step.initial, memory);
   std::size_t n_held = 0;  // the hits that hold come first
   for (std::size_t i = 0; i < hits.size(); ++i) {
     const auto also = [&](const Hit& first) { return holds_too(step, first, hits[i]); };
@@ -192,15 +190,31 @@ void detect_node(const Step& step, Index slot, PairMemory& memory, std::vector<H
 
 }  // namespace
 
+void start_memory(Index n, PairMemory& memory) {
+  if (memory.offset.size() != n) memory.offset.setZero(n), memory.face.assign(n, -1);
+}
+
+double contact_reach(double size, double motion, bool initial, const PairMemory& memory) {
+  const double reach = 0.02 * size + 0.5 * motion + memory.adjust;
+  return initial ? std::max(reach, size) : reach;
+}
+
+void keep_overlap(Index slot, double distance, bool initial, PairMemory& memory) {
+  if (initial) {
+    memory.initial_overlap = std::max(memory.initial_overlap, -distance);
+    if (distance > 0) memory.initial_gap = std::min(memory.initial_gap, distance);
+  }
+  memory.offset[slot] = std::min(distance, initial && distance <= memory.adjust ? memory.adjust : 0.0);
+}
+
 void detect(const ContactSurface& slave, const ContactBody& slave_body, const ContactSurface& master,
             const ContactBody& master_body, bool initial, const DetectionOptions& options, PairMemory& memory, ContactList& list) {
   const Index n = static_cast<Index>(slave.nodes.size());
-  if (memory.offset.size() != n) memory.offset.setZero(n), memory.face.assign(n, -1);
+  start_memory(n, memory);
   Step step{slave, slave_body, master, master_body, options, initial, 0, mean_motion(master, master_body)};
-  // Neighbours of a node in contact may be drawn in by its impulse: about as far as anything moves in the step.
   step.reach =
-      0.02 * master.size + 0.5 * (largest_motion(slave, slave_body, step.drift) + largest_motion(master, master_body, step.drift));
-  if (initial) step.reach = std::max(step.reach, master.size);
+      contact_reach(master.size, largest_motion(slave, slave_body, step.drift) + largest_motion(master, master_body, step.drift),
+                    initial, memory);
   fill_boxes(step, memory);
   find_candidates(memory.node_boxes, memory.face_boxes, memory.grid);
   std::vector<Hit> hits;

@@ -2,6 +2,7 @@
 // Which slave nodes can touch which master faces in a step.
 #pragma once
 
+#include <cmath>
 #include <vector>
 
 #include "dynamics/contact/broad_phase.hpp"
@@ -24,13 +25,16 @@ struct DetectionOptions {
 // What a pair remembers from step to step, per slave node (in the order of the slave surface's nodes).
 struct PairMemory {
   std::vector<Index> face;  // master face it touched in the last step, or -1
-  Vector offset;            // <= 0: overlap that is left as it is
-  Points impulse;           // of the last step, scene axes: where the solver starts from
-  Points elastic_slip;      // penalty with friction: tangential stretch of the springs, scene axes
+  // Distance that counts as closed: < 0: overlap that is left as it is; > 0: an initial gap that was adjusted.
+  Vector offset;
+  Points impulse;       // of the last step, scene axes: where the solver starts from
+  Points elastic_slip;  // penalty with friction: tangential stretch of the springs, scene axes
   std::vector<Box> node_boxes, face_boxes;
   BroadPhase grid;
-  double initial_overlap = 0;  // largest depth found by the initial detection
-  double depth = 0;            // largest depth at the end of the last step: what is behind a face is still looked for
+  double adjust = 0;              // given before the first step: initial gaps and overlaps up to this length count as closed
+  double initial_overlap = 0;     // largest depth found by the initial detection
+  double initial_gap = HUGE_VAL;  // smallest gap > 0 that it found within reach
+  double depth = 0;               // largest depth at the end of the last step: what is behind a face is still looked for
 };
 
 // Appends the contact points of a pair; slips are left 0. Positions are those of the bodies' start and predicted end; the path of a
@@ -39,6 +43,20 @@ struct PairMemory {
 // may overlap by up to a face's size and keep that overlap.
 void detect(const ContactSurface& slave, const ContactBody& slave_body, const ContactSurface& master,
             const ContactBody& master_body, bool initial, const DetectionOptions& options, PairMemory& memory, ContactList& list);
+
+// Pieces that node-face, mortar and walls share. Sizes memory for n slave nodes at the first call.
+void start_memory(Index n, PairMemory& memory);
+
+// Gaps up to this are looked at, for a side of face size `size` and a largest (relative) motion in this step: neighbours of a node
+// in contact may be drawn in by its impulse, about as far as anything moves in the step.
+double contact_reach(double size, double motion, bool initial, const PairMemory& memory);
+
+// A slave node that has not touched before starts the step at this distance: overlaps are left as they are, and with `initial` gaps
+// within `adjust` are closed; reported with `initial`.
+void keep_overlap(Index slot, double distance, bool initial, PairMemory& memory);
+
+// Cosine between normals above which they hold a node in the same direction.
+constexpr double same_side = 0.7;
 
 // After the step: who touches (impulse or closed gap), and overlaps that have opened. [first, last) are the points of this search;
 // rows of `end_gap` and `impulse` (n x 3, in the points' frames) go with list.points.

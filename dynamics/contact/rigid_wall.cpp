@@ -128,4 +128,50 @@ double RigidWall::time_apart(const MotionBound& bound, double margin) const {
   return t;
 }
 
+Vector3 RigidWall::entry(const Vector3& x0, const Vector3& x1) const {
+  if (options_.kind == Kind::plane || options_.inside) return x1;
+  if (distance(x0) <= 0) return x0;
+  // |r0 + t d| = R
+  const Vector3 r0 = radial(options_, x0), d = radial(options_, x1) - r0;
+  const double a = d.squaredNorm(), b = r0.dot(d), c = r0.squaredNorm() - options_.radius * options_.radius;
+  const double discriminant = b * b - a * c;
+  if (b >= 0 || discriminant < 0) return x1;
+  const double t = c / (-b + std::sqrt(discriminant));
+  return t < 1 ? Vector3(x0 + t * (x1 - x0)) : x1;
+}
+
+void detect_wall(const ContactSurface& slave, const ContactBody& slave_body, const RigidWall& wall, bool initial,
+                 const DetectionOptions& options, PairMemory& memory, ContactList& list) {
+  const Index n = static_cast<Index>(slave.nodes.size());
+  start_memory(n, memory);
+  double way2 = 0;
+  for (const Index node : slave.nodes) way2 = std::max(way2, (slave_body.end.row(node) - slave_body.start.row(node)).squaredNorm());
+  const double reach = contact_reach(slave.size, std::sqrt(way2), initial, memory);
+  for (Index slot = 0; slot < n; ++slot) {
+    const Vector3 x0 = slave_body.start.row(slave.nodes[slot]).transpose(), x1 = slave_body.end.row(slave.nodes[slot]).transpose();
+    const double start = wall.distance(x0);
+    double end = wall.distance(x1);
+    Vector3 normal = wall.normal(x1);
+    const Vector3 entry = wall.entry(x0, x1), entry_normal = wall.normal(entry), start_normal = wall.normal(x0);
+    if (entry_normal.dot(normal) < same_side) {
+      normal = entry_normal;
+      end = wall.distance(entry) + normal.dot(x1 - entry);
+    } else if (memory.face[slot] >= 0 && start_normal.dot(normal) >= same_side) {
+      normal = start_normal;  // as for a node that touches a face, see detect()
+      end = start + normal.dot(x1 - x0);
+    }
+    if (end > reach) continue;
+    if (initial || (memory.face[slot] < 0 && start < -options.kept_depth * slave.size)) keep_overlap(slot, start, initial, memory);
+    ContactPoint point;
+    point.frame = contact_frame(normal);
+    point.gap[0] = end - memory.offset[slot];
+    point.start_gap = start - memory.offset[slot];
+    point.area = slave.areas[slot];
+    point.slot = slot;
+    point.first_term = static_cast<Index>(list.terms.size()), point.n_terms = 1;
+    list.terms.push_back({slave.body, slave.nodes[slot], 1});
+    list.points.push_back(point);
+  }
+}
+
 }  // namespace cbr

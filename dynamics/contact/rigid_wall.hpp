@@ -7,6 +7,7 @@
 #include "common/scene.hpp"
 #include "common/types.hpp"
 #include "dynamics/bodies/body.hpp"
+#include "dynamics/contact/detection.hpp"
 
 namespace cbr {
 
@@ -19,9 +20,20 @@ class RigidWall {
   Vector3 normal(const Vector3& x) const;   // unit, out of the wall at the point nearest to x; on an axis or at a centre: any
   // Nodes within the bound do not reach the wall before this time (0: not known to be free of it; HUGE_VAL: never).
   double time_apart(const MotionBound& bound, double margin) const;
+  // Where a straight way from x0 to x1 first gets into a solid sphere or cylinder: x0 when it starts there, x1 when it does not,
+  // and for the other walls, where the normal at x1 will do.
+  Vector3 entry(const Vector3& x0, const Vector3& x1) const;
 
  private:
   WallOptions options_;
 };
+
+// Appends a point for each slave node that is near the wall or gets behind it in this step; its only term is the slave node. The
+// normal is the wall's where the node is now when it touches, else at the predicted end of the step, or where the node came in when
+// it has turned by more than 45 degrees since then (through a ball within one step). Nodes that are behind the wall at the first
+// step, or found there without having touched it, keep that overlap. Arguments as for detect(); memory.face is 0 for nodes that
+// touched in the last step.
+void detect_wall(const ContactSurface& slave, const ContactBody& slave_body, const RigidWall& wall, bool initial,
+                 const DetectionOptions& options, PairMemory& memory, ContactList& list);
 
 }  // namespace cbr

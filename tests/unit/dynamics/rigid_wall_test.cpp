@@ -148,5 +148,115 @@ TEST(RigidWall, TheTimeOfAStraightFlightIsFoundClosely) {
   EXPECT_GT(found, 300);
 }
 
+// Loose nodes as a slave surface.
+struct Nodes {
+  ContactSurface surface;
+  ContactBody body;
+};
+
+Nodes nodes(const Points& start, const Points& end) {
+  Nodes s;
+  s.body.start = start, s.body.end = end;
+  s.surface.body = 3, s.surface.size = 0.5;
+  for (Index i = 0; i < start.rows(); ++i) s.surface.nodes.push_back(i);
+  s.surface.areas = Vector::LinSpaced(start.rows(), 1, 2);
+  return s;
+}
+
+ContactList detect_once(const Nodes& s, const WallOptions& options, bool initial, PairMemory& memory) {
+  ContactList list;
+  detect_wall(s.surface, s.body, RigidWall(options), initial, {}, memory, list);
+  return list;
+}
+
+WallOptions ball(double radius, bool inside) {
+  WallOptions options;
+  options.kind = WallOptions::Kind::sphere, options.radius = radius, options.inside = inside;
+  return options;
+}
+
+// However far a node would go in a step: with its gap closed along the normal it is not behind the wall.
+TEST(RigidWallDetection, EveryNodeThatGetsThroughIsHeld) {
+  std::mt19937 random(4);
+  int through = 0, held = 0;
+  for (int trial = 0; trial < 300; ++trial) {
+    for (const WallOptions& options : all_kinds(random)) {
+      const RigidWall w(options);
+      Points start(20, 3), end(20, 3);
+      for (Index i = 0; i < 20; ++i) {
+        Vector3 x;
+        do x = random_vector(random, 3);
+        while (w.distance(x) < 0.01);
+        start.row(i) = x.transpose(), end.row(i) = (x + random_vector(random, trial % 2 ? 0.2 : 4)).transpose();
+      }
+      const Nodes s = nodes(start, end);
+      PairMemory memory;
+      const ContactList list = detect_once(s, options, false, memory);
+      std::vector<Index> point_of(20, -1);
+      for (std::size_t i = 0; i < list.points.size(); ++i) {
+        const ContactPoint& point = list.points[i];
+        ASSERT_EQ(point.n_terms, 1);
+        const ContactTerm& term = list.terms[point.first_term];
+        EXPECT_EQ(term.body, 3);
+        EXPECT_EQ(term.node, point.slot);
+        EXPECT_EQ(term.coefficient, 1);
+        EXPECT_EQ(point.area, s.surface.areas[point.slot]);
+        EXPECT_NEAR((point.frame * point.frame.transpose() - Matrix3::Identity()).norm(), 0, 1e-12);
+        point_of[point.slot] = static_cast<Index>(i);
+        const Vector3 x1 = end.row(point.slot).transpose();
+        const Vector3 closed = x1 + std::max(0.0, -point.gap[0]) * point.normal();
+        EXPECT_GE(w.distance(closed), -1e-9);
+        held += point.gap[0] < 0;
+      }
+      for (Index i = 0; i < 20; ++i) {
+        bool behind = false;
+        for (int k = 1; k <= 200; ++k)
+          behind |= w.distance((start.row(i) + 0.005 * k * (end.row(i) - start.row(i))).transpose()) < -1e-6;
+        through += behind && w.distance(end.row(i).transpose()) > 0;
+        if (w.distance(end.row(i).transpose()) < 0) {
+          ASSERT_GE(point_of[i], 0);
+          EXPECT_LT(list.points[point_of[i]].gap[0], 0);
+        }
+      }
+    }
+  }
+  EXPECT_GT(held, 1000);
+  EXPECT_GT(through, 50);
+}
+
+TEST(RigidWallDetection, AFastNodeDoesNotPassThroughABall) {
+  const Nodes s = nodes((Points(2, 3) << -5, 0.1, 0, -5, 0.1, 0).finished(), (Points(2, 3) << 7, 0.1, 0, 0.4, 0.1, 0).finished());
+  PairMemory memory;
+  const ContactList list = detect_once(s, ball(1, false), false, memory);
+  ASSERT_EQ(list.points.size(), 2u);
+  EXPECT_LT(list.points[0].normal()[0], -0.9);  // back to where it came from
+  EXPECT_LT(list.points[0].gap[0], -7);
+  EXPECT_LT(list.points[1].normal()[0], -0.9);
+}
+
+TEST(RigidWallDetection, InitialOverlapsAreKeptAndGapsAdjustedWhenAsked) {
+  WallOptions floor;
+  const Points start = (Points(4, 3) << 0, 0, -0.01, 1, 0, 0.002, 2, 0, 0.02, 3, 0, -1e-9).finished();
+  for (const double adjust : {0.0, 0.005}) {
+    PairMemory memory;
+    memory.adjust = adjust;
+    const ContactList list = detect_once(nodes(start, start), floor, true, memory);
+    ASSERT_EQ(list.points.size(), 4u);
+    EXPECT_DOUBLE_EQ(memory.initial_overlap, 0.01);
+    EXPECT_DOUBLE_EQ(memory.initial_gap, 0.002);
+    EXPECT_DOUBLE_EQ(list.points[0].gap[0], 0);
+    EXPECT_DOUBLE_EQ(list.points[1].gap[0], adjust > 0 ? 0 : 0.002);
+    EXPECT_DOUBLE_EQ(list.points[2].gap[0], 0.02);
+    EXPECT_DOUBLE_EQ(list.points[3].gap[0], 0);
+  }
+}
+
+TEST(RigidWallDetection, FarNodesMakeNoPoints) {
+  const Points far = (Points(2, 3) << 0, 0, 3, 0, 0, 4).finished();
+  PairMemory memory;
+  EXPECT_TRUE(detect_once(nodes(far, far), WallOptions{}, true, memory).empty());
+  EXPECT_TRUE(detect_once(nodes(far, far), ball(100, true), false, memory).empty());
+}
+
 }  // namespace
 }  // namespace cbr
