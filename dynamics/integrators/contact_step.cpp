@@ -50,6 +50,8 @@ void search(Simulation& sim, Index p, bool back, bool initial, const ContactStat
   const std::size_t first = group.list.points.size();
   if (pair.law.law == ContactLaw::tied) {
     collect_ties(pair, state, group.list);
+  } else if (pair.wall) {
+    detect_wall(slave, slave_body, *pair.wall, initial, sim.detection, memory, group.list);
   } else {
     detect(slave, slave_body, master, master_body, initial, sim.detection, memory, group.list);
   }
