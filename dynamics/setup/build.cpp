@@ -26,7 +26,8 @@ bool is_held(const Scene& scene, const Instance& instance) {
 
 bool is_nodal(const Scene& scene, const Instance& instance) {
   return std::any_of(scene.contact.begin(), scene.contact.end(), [&](const ContactOptions& c) {
-    return c.enforcement == Enforcement::nodal && (c.first.instance == instance.name || c.second.instance == instance.name);
+    return c.enforcement == Enforcement::nodal &&
+           (c.all || c.first.instance == instance.name || c.second.instance == instance.name);
   });
 }
 

@@ -7,55 +7,231 @@
 #include <map>
 #include <set>
 #include <sstream>
+#include <tuple>
+#include <utility>
 
 #include "common/error.hpp"
+#include "dynamics/setup/contact_faces.hpp"
 
 namespace cbr {
 namespace {
 
-struct ContactSide {
+// A surface of an instance that takes part, by the instance's index and the surface's name; "all" with `whole`: all of them joined.
+struct SideName {
   Index instance = 0;
-  LinearFaces faces;  // the instance's nodes
+  std::string surface;
+  bool whole = false;
+  bool operator<(const SideName& other) const {
+    return std::tie(instance, whole, surface) < std::tie(other.instance, other.whole, other.surface);
+  }
 };
 
-ContactSide side_of(const Scene& scene, const BuiltScene& built, const SurfaceName& name) {
-  ContactSide side;
-  for (std::size_t i = 0; i < scene.instances.size(); ++i)
-    if (scene.instances[i].name == name.instance) side.instance = static_cast<Index>(i);
-  const auto& of = built.instances[side.instance];
-  const Surface& surface = find_surface(*of.geometry, name.instance, name.surface, name.source);
-  side.faces = linear_faces(surface);
-  if (of.placement.T.determinant() < 0) {
-    // A mirror turns faces inside out: (a b c d) -> (a d c b), a triangle (a b c c) -> (a c b b).
-    for (Index f = 0; f < side.faces.faces.rows(); ++f) {
-      auto row = side.faces.faces.row(f);
-      if (row(2) == row(3)) {
-        std::swap(row(1), row(2));
-        row(3) = row(2);
-      } else {
-        std::swap(row(1), row(3));
-      }
-    }
-  }
-  return side;
+// One pair to be: `all` makes many of one entry of the scene.
+struct Entry {
+  const ContactOptions* options = nullptr;
+  SideName first, second;
+  const WallOptions* wall = nullptr;  // then there is no second
+};
+
+Index instance_index(const Scene& scene, const std::string& name) {
+  const auto found =
+      std::find_if(scene.instances.begin(), scene.instances.end(), [&](const Instance& instance) { return instance.name == name; });
+  return found - scene.instances.begin();  // read_scene has seen to it that there is one
 }
 
-ContactSurface local_surface(const ContactSide& side, const SurfaceName& name, const std::map<Index, Index>& contact_of_instance,
-                             const BuiltScene& built) {
-  ContactSurface surface;
-  surface.name = name.text();
-  surface.body = contact_of_instance.at(side.instance);
-  const ContactNodes& contact = built.simulation.contact_nodes[surface.body];
-  surface.faces = side.faces.faces;
-  std::set<Index> used;
-  for (Index i = 0; i < surface.faces.size(); ++i) {
-    Index& node = surface.faces.data()[i];
-    node = std::lower_bound(contact.nodes.begin(), contact.nodes.end(), node) - contact.nodes.begin();
-    used.insert(node);
+const WallOptions* find_wall(const Scene& scene, const std::string& name) {
+  const auto found =
+      std::find_if(scene.walls.begin(), scene.walls.end(), [&](const WallOptions& wall) { return wall.name == name; });
+  return &*found;  // likewise
+}
+
+// What explicit entries name: two instances, or an instance and a wall.
+struct Named {
+  std::set<std::pair<Index, Index>> instances;
+  std::set<std::pair<Index, const WallOptions*>> walls;
+};
+
+Named named_by(const std::vector<Entry>& entries) {
+  Named named;
+  for (const Entry& entry : entries) {
+    if (entry.wall) named.walls.emplace(entry.first.instance, entry.wall);
+    if (!entry.wall) named.instances.insert(std::minmax(entry.first.instance, entry.second.instance));
   }
-  surface.nodes.assign(used.begin(), used.end());
-  fill_sizes(surface, built.simulation.bodies[contact.body]->reference_positions()(contact.nodes, Eigen::all));
-  return surface;
+  return named;
+}
+
+std::vector<Entry> explicit_entries(const Scene& scene) {
+  std::vector<Entry> entries;
+  for (const ContactOptions& options : scene.contact) {
+    if (options.all) continue;
+    Entry entry;
+    entry.options = &options;
+    entry.first = {instance_index(scene, options.first.instance), options.first.surface, false};
+    if (options.second.is_wall()) {
+      entry.wall = find_wall(scene, options.second.surface);
+    } else {
+      entry.second = {instance_index(scene, options.second.instance), options.second.surface, false};
+    }
+    entries.push_back(std::move(entry));
+  }
+  return entries;
+}
+
+// Every two instances, and every instance with every wall, that no explicit entry names.
+void add_all(const Scene& scene, const BuiltScene& built, const ContactOptions& options, const Named& named, Report& report,
+             std::vector<Entry>& entries) {
+  std::vector<SideName> sides;
+  for (Index i = 0; i < static_cast<Index>(built.instances.size()); ++i) {
+    if (has_faces(*built.instances[i].geometry)) {
+      sides.push_back({i, "all", true});
+    } else {
+      report.line("note: contact: all leaves out instance '" + built.instances[i].name + "', which has no surfaces");
+    }
+  }
+  bool any = false;
+  for (std::size_t a = 0; a < sides.size(); ++a) {
+    for (std::size_t b = a + 1; b < sides.size(); ++b) {
+      any = true;
+      if (!named.instances.count({sides[a].instance, sides[b].instance}))
+        entries.push_back({&options, sides[a], sides[b], nullptr});
+    }
+    for (const WallOptions& wall : scene.walls) {
+      if (options.tied) continue;
+      any = true;
+      if (!named.walls.count({sides[a].instance, &wall})) entries.push_back({&options, sides[a], {}, &wall});
+    }
+  }
+  if (any) return;
+  throw InputError(options.source.text() + ": contact: all finds no pair: " + std::to_string(sides.size()) +
+                   " instances with surfaces and " + std::to_string(options.tied ? 0 : scene.walls.size()) +
+                   " rigid walls, expected two instances" + (options.tied ? "" : ", or one and a wall"));
+}
+
+std::vector<Entry> entries_of(const Scene& scene, const BuiltScene& built, Report& report) {
+  std::vector<Entry> entries = explicit_entries(scene);
+  const Named named = named_by(entries);
+  for (const ContactOptions& options : scene.contact)
+    if (options.all) add_all(scene, built, options, named, report, entries);
+  return entries;
+}
+
+// Sides by name, made once however many pairs they are in.
+class Sides {
+ public:
+  explicit Sides(const BuiltScene& built) : built_(built) {}
+
+  // Faces in the instance's nodes, outward in the scene.
+  const IndexTable& faces(const SideName& name, const SourceLine& source) {
+    const auto [at, is_new] = faces_.try_emplace(name);
+    if (!is_new) return at->second;
+    const auto& of = built_.instances[name.instance];
+    at->second = name.whole ? all_faces(*of.geometry) : contact_faces(find_surface(*of.geometry, of.name, name.surface, source));
+    if (of.placement.T.determinant() < 0) turn_over(at->second);
+    return at->second;
+  }
+
+  // In the contact nodes of its body, which are known by now.
+  const ContactSurface& surface(const SideName& name, const std::map<Index, Index>& contact_of_instance) {
+    const auto [at, is_new] = surfaces_.try_emplace(name);
+    ContactSurface& surface = at->second;
+    if (!is_new) return surface;
+    surface.name = built_.instances[name.instance].name + "." + name.surface;
+    surface.body = contact_of_instance.at(name.instance);
+    surface.faces = faces_.at(name);
+    const ContactNodes& contact = built_.simulation.contact_nodes[surface.body];
+    for (Index i = 0; i < surface.faces.size(); ++i) {
+      Index& node = surface.faces.data()[i];
+      node = std::lower_bound(contact.nodes.begin(), contact.nodes.end(), node) - contact.nodes.begin();
+    }
+    surface.nodes = nodes_of(surface.faces);
+    fill_sizes(surface, built_.simulation.bodies[contact.body]->reference_positions()(contact.nodes, Eigen::all));
+    return surface;
+  }
+
+ private:
+  const BuiltScene& built_;
+  std::map<SideName, IndexTable> faces_;
+  std::map<SideName, ContactSurface> surfaces_;
+};
+
+// Two parts of one body may meet (the prongs of a fork), but not where they hang together.
+void refuse_shared_nodes(const Entry& entry, Sides& sides) {
+  if (entry.wall || entry.first.instance != entry.second.instance) return;
+  const ContactOptions& options = *entry.options;
+  const auto first = nodes_of(sides.faces(entry.first, options.first.source));
+  const auto second = nodes_of(sides.faces(entry.second, options.second.source));
+  std::vector<Index> shared;
+  std::set_intersection(first.begin(), first.end(), second.begin(), second.end(), std::back_inserter(shared));
+  if (shared.empty()) return;
+  throw InputError(options.source.text() + ": contact between " + options.first.text() + " and " + options.second.text() +
+                   ": the surfaces share " + std::to_string(shared.size()) +
+                   " nodes of one instance, and a surface cannot be in contact with itself: name surfaces without common nodes");
+}
+
+// Which instances take part, with which nodes.
+std::map<Index, Index> add_contact_nodes(const std::vector<Entry>& entries, Sides& sides, Simulation& sim) {
+  std::map<Index, std::set<SideName>> names;
+  for (const Entry& entry : entries) {
+    names[entry.first.instance].insert(entry.first);
+    if (!entry.wall) names[entry.second.instance].insert(entry.second);
+  }
+  std::map<Index, Index> contact_of_instance;
+  for (const auto& [instance, of_instance] : names) {
+    std::set<Index> nodes;
+    for (const SideName& name : of_instance) {
+      const IndexTable& faces = sides.faces(name, {});
+      nodes.insert(faces.data(), faces.data() + faces.size());
+    }
+    ContactNodes contact;
+    contact.body = instance;
+    contact.nodes.assign(nodes.begin(), nodes.end());
+    contact.set = sim.bodies[instance]->track(contact.nodes);
+    contact_of_instance[instance] = static_cast<Index>(sim.contact_nodes.size());
+    sim.contact_nodes.push_back(std::move(contact));
+  }
+  return contact_of_instance;
+}
+
+PointLaw law_of(const ContactOptions& options) {
+  if (options.tied) return {ContactLaw::tied, 0};
+  if (options.friction > 0) return {ContactLaw::coulomb, options.friction};
+  return {};
+}
+
+ContactPair pair_of(const Entry& entry, const std::map<Index, Index>& contact_of_instance, Sides& sides) {
+  const ContactOptions& options = *entry.options;
+  ContactPair pair;
+  pair.enforcement = options.enforcement;
+  pair.formulation = entry.wall ? Formulation::node_face : options.formulation;
+  pair.law = law_of(options);
+  pair.damping = options.damping;
+  pair.adjust = options.adjust;
+  const ContactSurface& first = sides.surface(entry.first, contact_of_instance);
+  pair.name = first.name + " - ";
+  if (entry.wall) {
+    pair.name += entry.wall->name;
+    pair.wall.emplace(*entry.wall);
+    pair.slave = first;
+    pair.master.name = entry.wall->name, pair.master.body = first.body, pair.master.size = first.size;
+    return pair;
+  }
+  const ContactSurface& second = sides.surface(entry.second, contact_of_instance);
+  pair.name += second.name;
+  pair.slave_is_first = !(second.size < first.size * (1 - 1e-6));
+  pair.slave = pair.slave_is_first ? first : second;
+  pair.master = pair.slave_is_first ? second : first;
+  return pair;
+}
+
+// What the steps do not do yet: refused, so that no run is wrong.
+void refuse_what_is_missing(const Entry& entry) {
+  const ContactOptions& options = *entry.options;
+  const auto refuse = [&](const std::string& what) {
+    throw InputError(options.source.text() + ": contact: " + what + " not available yet in this version");
+  };
+  if (entry.wall) refuse("rigid walls are");
+  if (options.tied) refuse("'tied: true' is");
+  if (options.formulation == Formulation::mortar) refuse("'formulation: mortar' is");
 }
 
 void warn_nodal(const ContactOptions& options, const BuiltScene& built, const ContactPair& pair, Report& report) {
@@ -63,9 +239,9 @@ void warn_nodal(const ContactOptions& options, const BuiltScene& built, const Co
   text.precision(4);
   text << options.source.text() << ": contact " << pair.name
        << ": enforcement: nodal weighs each contact node by the row sum of its body's mass, which is not what the node weighs "
-          "against an "
-          "impulse; the contact surfaces stand for";
+          "against an impulse; the contact surfaces stand for";
   for (const ContactSurface* surface : {&pair.slave, &pair.master}) {
+    if (surface->nodes.empty()) continue;  // a wall
     const ContactNodes& contact = built.simulation.contact_nodes[surface->body];
     const Body& body = *built.simulation.bodies[contact.body];
     const Points masses = body.nodal_masses(contact.set);
@@ -83,40 +259,26 @@ void warn_nodal(const ContactOptions& options, const BuiltScene& built, const Co
 std::vector<ContactKind> add_contact(const Scene& scene, BuiltScene& built, Report& report) {
   Simulation& sim = built.simulation;
   std::vector<ContactKind> in_contact(sim.bodies.size(), ContactKind::none);
-  std::vector<std::pair<ContactSide, ContactSide>> sides;
-  std::map<Index, std::set<Index>> nodes;
-  for (const ContactOptions& options : scene.contact) {
-    if (options.all || options.second.is_wall())
-      throw InputError(options.source.text() + ": contact: all and rigid walls are not available yet in this version");
-    sides.emplace_back(side_of(scene, built, options.first), side_of(scene, built, options.second));
-    for (const ContactSide* side : {&sides.back().first, &sides.back().second}) {
-      ContactKind& kind = in_contact[side->instance];
-      kind = std::max(kind, options.enforcement == Enforcement::penalty ? ContactKind::penalty : ContactKind::hard);
-      const IndexTable& faces = side->faces.faces;
-      nodes[side->instance].insert(faces.data(), faces.data() + faces.size());
-    }
+  const std::vector<Entry> entries = entries_of(scene, built, report);
+  Sides sides(built);
+  for (const Entry& entry : entries) {
+    const ContactOptions& options = *entry.options;
+    sides.faces(entry.first, options.first.source);
+    if (!entry.wall) sides.faces(entry.second, options.second.source);
+    refuse_shared_nodes(entry, sides);
+    refuse_what_is_missing(entry);
+    const ContactKind its = options.enforcement == Enforcement::penalty ? ContactKind::penalty : ContactKind::hard;
+    for (const Index i : {entry.first.instance, entry.wall ? entry.first.instance : entry.second.instance})
+      in_contact[i] = std::max(in_contact[i], its);
   }
-  std::map<Index, Index> contact_of_instance;
-  for (const auto& [instance, set] : nodes) {
-    ContactNodes contact;
-    contact.body = instance;
-    contact.nodes.assign(set.begin(), set.end());
-    contact.set = sim.bodies[instance]->track(contact.nodes);
-    contact_of_instance[instance] = static_cast<Index>(sim.contact_nodes.size());
-    sim.contact_nodes.push_back(std::move(contact));
-  }
-  for (std::size_t i = 0; i < scene.contact.size(); ++i) {
-    const ContactOptions& options = scene.contact[i];
-    ContactSurface first = local_surface(sides[i].first, options.first, contact_of_instance, built);
-    ContactSurface second = local_surface(sides[i].second, options.second, contact_of_instance, built);
-    ContactPair pair;
-    pair.name = options.first.text() + " - " + options.second.text();
-    pair.enforcement = options.enforcement;
-    const bool swap = second.size < first.size * (1 - 1e-6);
-    pair.slave = std::move(swap ? second : first);
-    pair.master = std::move(swap ? first : second);
-    if (pair.enforcement == Enforcement::nodal) warn_nodal(options, built, pair, report);
-    sim.pairs.push_back(std::move(pair));
+  const auto contact_of_instance = add_contact_nodes(entries, sides, sim);
+  sim.pairs.reserve(entries.size());
+  const ContactOptions* warned = nullptr;  // once for all pairs of an entry
+  for (const Entry& entry : entries) {
+    sim.pairs.push_back(pair_of(entry, contact_of_instance, sides));
+    if (entry.options->enforcement != Enforcement::nodal || entry.options == warned) continue;
+    warn_nodal(*entry.options, built, sim.pairs.back(), report);
+    warned = entry.options;
   }
   return in_contact;
 }

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Faces as contact sees them: linear, each once, outward.
+#pragma once
+
+#include <vector>
+
+#include "dynamics/setup/geometry.hpp"
+
+namespace cbr {
+
+// f x 4, a triangle repeats its last node; faces of second order cut into linear ones. A face that is in the surface twice is kept
+// once.
+IndexTable contact_faces(const Surface& surface);
+
+// The faces of all surfaces, those in several of them once.
+IndexTable all_faces(const Geometry& geometry);
+bool has_faces(const Geometry& geometry);
+
+// A mirror turns faces inside out: (a b c d) -> (a d c b), a triangle (a b c c) -> (a c b b).
+void turn_over(IndexTable& faces);
+
+// Ascending, each once.
+std::vector<Index> nodes_of(const IndexTable& faces);
+
+}  // namespace cbr

@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// From the contact section of a scene to pairs: who meets whom, with which faces.
+#include "dynamics/setup/contact_setup.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "common/error.hpp"
+#include "dynamics/setup/contact_faces.hpp"
+#include "tests/unit/dynamics/bricks.hpp"
+
+namespace cbr {
+namespace {
+
+// A brick whose whole boundary is in six sidesets, and parts of it in two more.
+Mesh boxed_brick(std::array<Index, 3> n, const Vector3& size) {
+  Mesh mesh = test::brick(n, size);
+  std::vector<Sideset> six;
+  for (const char* name : {"y_min", "x_max", "y_max", "x_min", "z_min", "z_max"})
+    six.push_back({name, static_cast<Index>(six.size()) + 1, {}});
+  Index e = 0;
+  for (Index k = 0; k < n[2]; ++k)
+    for (Index j = 0; j < n[1]; ++j)
+      for (Index i = 0; i < n[0]; ++i, ++e) {
+        const bool on[] = {j == 0, i == n[0] - 1, j == n[1] - 1, i == 0, k == 0, k == n[2] - 1};
+        for (int side = 0; side < 6; ++side)
+          if (on[side]) six[static_cast<std::size_t>(side)].sides.push_back({0, e, side + 1});
+      }
+  Sideset ends{"ends", 7, six[1].sides};
+  ends.sides.insert(ends.sides.end(), six[3].sides.begin(), six[3].sides.end());
+  mesh.sidesets = six;
+  mesh.sidesets.push_back(ends);
+  mesh.sidesets.push_back({"x_max again", 8, six[1].sides});
+  mesh.sidesets.back().sides.push_back(six[1].sides.front());
+  return mesh;
+}
+
+class ContactSetup : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = std::filesystem::temp_directory_path() / ("cbr-contact-test-" + std::to_string(::getpid()));
+    std::filesystem::create_directories(folder_);
+    write_mesh(boxed_brick({3, 2, 2}, Vector3(1.5, 1, 1)), folder_ / "coarse.msh");
+    write_mesh(boxed_brick({4, 4, 4}, Vector3(1, 1, 1)), folder_ / "fine.msh");
+    Mesh bare = test::brick({1, 1, 1}, Vector3(1, 1, 1));
+    bare.sidesets.clear();
+    write_mesh(bare, folder_ / "bare.msh");
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  std::string scene(const std::string& contact, const std::string& instances, const std::string& walls = "") const {
+    const std::filesystem::path file = folder_ / "scene.yaml";
+    std::ofstream(file) << "materials: {m: {youngs_modulus: 100, poissons_ratio: 0.25, density: 1}}\n"
+                           "components:\n"
+                        << "  coarse: {mesh: coarse.msh, material: m}\n  fine: {mesh: fine.msh, material: m}\n"
+                        << "  bare: {mesh: bare.msh, material: m}\n"
+                        << "instances: {" << instances << "}\n"
+                        << walls << "contact: " << contact << "\ntime: {end: 1}\n";
+    return file.string();
+  }
+
+  BuiltScene built(const std::string& contact, const std::string& instances, const std::string& walls = "") const {
+    Report report("test", Verbosity::quiet);
+    return build(read_scene(scene(contact, instances, walls)), report);
+  }
+
+  void expect_refused(const std::string& contact, const std::string& instances, const std::string& part) const {
+    try {
+      built(contact, instances);
+      ADD_FAILURE() << "accepted: " << contact;
+    } catch (const InputError& error) {
+      EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
+      EXPECT_NE(std::string(error.what()).find("scene.yaml:7: "), std::string::npos) << error.what();
+    }
+  }
+
+  std::filesystem::path folder_;
+};
+
+std::vector<std::string> names(const BuiltScene& built) {
+  std::vector<std::string> list;
+  for (const ContactPair& pair : built.simulation.pairs) list.push_back(pair.name);
+  return list;
+}
+
+const std::string three =
+    "a: {component: coarse}, b: {component: fine, position: [2, 0, 0]}, "
+    "c: {component: coarse, position: [9, 0, 0], rotation: [20, 30, 40], mirror: y}";
+const std::string two_walls =
+    "walls: {floor: {plane: {point: [0, 0, -1], normal: [0, 0, 1]}}, "
+    "ball: {sphere: {center: [0, 0, 9], radius: 1}}}\n";
+
+// Sum of area vectors, and volume by the divergence theorem.
+std::pair<Vector3, double> area_and_volume(const BuiltScene& built, const ContactSurface& surface) {
+  const ContactNodes& contact = built.simulation.contact_nodes[surface.body];
+  const Points X = built.simulation.bodies[contact.body]->reference_positions()(contact.nodes, Eigen::all);
+  Vector3 area = Vector3::Zero();
+  double volume = 0;
+  for (Index f = 0; f < surface.faces.rows(); ++f) {
+    const FaceCorners x = corners(surface, f, X);
+    const Vector3 a = 0.5 * (x[2] - x[0]).cross(x[3] - x[1]);
+    area += a;
+    volume += a.dot(x[0] + x[1] + x[2] + x[3]) / 12;
+  }
+  return {area, volume};
+}
+
+TEST_F(ContactSetup, allJoinsTheSurfacesOfEveryInstanceAndMeetsEveryOther) {
+  const BuiltScene scene = built("all", three);
+  EXPECT_EQ(names(scene), (std::vector<std::string>{"a.all - b.all", "a.all - c.all", "b.all - c.all"}));
+  for (const ContactPair& pair : scene.simulation.pairs) {
+    for (const ContactSurface* surface : {&pair.slave, &pair.master}) {
+      const bool fine = surface->name == "b.all";
+      EXPECT_EQ(surface->faces.rows(), fine ? 96 : 32) << surface->name;  // each once
+      EXPECT_EQ(surface->nodes.size(), fine ? 98u : 34u) << surface->name;
+      const auto [area, volume] = area_and_volume(scene, *surface);
+      EXPECT_LT(area.norm(), 1e-13) << surface->name;
+      EXPECT_NEAR(volume, fine ? 1 : 1.5, 1e-13) << surface->name;  // outward, mirrored or not
+    }
+    EXPECT_LE(pair.slave.size, pair.master.size * (1 + 1e-6));
+    EXPECT_EQ(pair.slave_is_first, pair.slave.name == pair.name.substr(0, 5));
+  }
+}
+
+TEST_F(ContactSetup, optionsHoldForAllAndGiveWayToAnExplicitEntry) {
+  const BuiltScene scene = built(
+      "[{between: [b.x_min, a.ends], enforcement: penalty, formulation: two-way, damping: 0.5}, "
+      "{between: all, enforcement: penalty, damping: 0.25, adjust: 0.125}]",
+      three);
+  EXPECT_EQ(names(scene), (std::vector<std::string>{"b.x_min - a.ends", "a.all - c.all", "b.all - c.all"}));
+  for (const ContactPair& pair : scene.simulation.pairs) {
+    const bool is_explicit = &pair == &scene.simulation.pairs[0];
+    EXPECT_EQ(pair.enforcement, Enforcement::penalty);
+    EXPECT_EQ(pair.formulation, is_explicit ? Formulation::two_way : Formulation::node_face);
+    EXPECT_EQ(pair.damping, is_explicit ? 0.5 : 0.25);
+    EXPECT_EQ(pair.adjust.value_or(-1), is_explicit ? -1 : 0.125);
+  }
+  const ContactPair& pair = scene.simulation.pairs[0];
+  EXPECT_EQ(pair.slave.name, "b.x_min");  // the finer
+  EXPECT_TRUE(pair.slave_is_first);
+  EXPECT_EQ(pair.master.faces.rows(), 8);
+  // The nodes of one body are tracked once: those of its joined surfaces
+  EXPECT_EQ(scene.simulation.contact_nodes.size(), 3u);
+}
+
+TEST_F(ContactSetup, facesThatASidesetNamesTwiceAreThereOnce) {
+  const BuiltScene scene = built("[{between: ['a.x_max again', b.x_min]}]", three);
+  EXPECT_EQ(scene.simulation.pairs[0].master.faces.rows(), 4);
+  EXPECT_FALSE(scene.simulation.pairs[0].slave_is_first);
+}
+
+TEST_F(ContactSetup, surfacesOfOneInstanceMayMeetUnlessTheyShareNodes) {
+  const BuiltScene scene = built("[{between: [a.x_min, a.x_max]}]", three);
+  EXPECT_EQ(scene.simulation.contact_nodes.size(), 1u);
+  EXPECT_EQ(scene.simulation.pairs[0].slave.body, scene.simulation.pairs[0].master.body);
+  expect_refused("[{between: [a.x_min, a.y_max]}]", three, "a.x_min and a.y_max: the surfaces share 3 nodes of one instance");
+  expect_refused("[{between: [a.x_min, a.ends]}]", three, "share 9 nodes");
+}
+
+TEST_F(ContactSetup, whatAllCannotPairIsRefused) {
+  expect_refused("all", "a: {component: fine}", "contact: all finds no pair: 1 instances with surfaces and 0 rigid walls");
+  expect_refused("all", "a: {component: fine}, b: {component: bare}", "1 instances with surfaces");
+  expect_refused("[{between: [a.x_mix, b.x_min]}]", three, "instance 'a' has no surface 'x_mix'");
+  EXPECT_EQ(built("all", three + ", d: {component: bare}").simulation.pairs.size(), 3u);
+}
+
+}  // namespace
+}  // namespace cbr
