@@ -206,6 +206,7 @@ ContactPair pair_of(const Entry& entry, const std::map<Index, Index>& contact_of
   pair.law = law_of(options);
   pair.damping = options.damping;
   pair.adjust = options.adjust;
+  pair.memory.adjust = pair.back.adjust = options.adjust.value_or(0);
   const ContactSurface& first = sides.surface(entry.first, contact_of_instance);
   pair.name = first.name + " - ";
   if (entry.wall) {
@@ -229,7 +230,6 @@ void refuse_what_is_missing(const Entry& entry) {
   const auto refuse = [&](const std::string& what) {
     throw InputError(options.source.text() + ": contact: " + what + " not available yet in this version");
   };
-  if (entry.wall) refuse("rigid walls are");
   if (options.tied) refuse("'tied: true' is");
   if (options.formulation == Formulation::mortar) refuse("'formulation: mortar' is");
 }

@@ -146,6 +146,25 @@ TEST_F(ContactSetup, optionsHoldForAllAndGiveWayToAnExplicitEntry) {
   EXPECT_EQ(scene.simulation.contact_nodes.size(), 3u);
 }
 
+TEST_F(ContactSetup, wallsArePartnersAndMeetAllInstances) {
+  const BuiltScene scene = built("[{between: [floor, b.z_min], friction: 0}, {between: all, adjust: 0.25}]", three, two_walls);
+  EXPECT_EQ(names(scene),
+            (std::vector<std::string>{"b.z_min - floor", "a.all - b.all", "a.all - c.all", "a.all - floor", "a.all - ball",
+                                      "b.all - c.all", "b.all - ball", "c.all - floor", "c.all - ball"}));
+  for (const ContactPair& pair : scene.simulation.pairs) {
+    const bool is_explicit = &pair == &scene.simulation.pairs[0];
+    EXPECT_EQ(pair.wall.has_value(), pair.name.ends_with("floor") || pair.name.ends_with("ball")) << pair.name;
+    EXPECT_EQ(pair.memory.adjust, is_explicit ? 0 : 0.25);
+    if (!pair.wall) continue;
+    EXPECT_EQ(pair.wall->name(), pair.master.name);
+    EXPECT_EQ(pair.master.body, pair.slave.body);
+    EXPECT_EQ(pair.master.faces.rows(), 0);
+    EXPECT_EQ(pair.master.size, pair.slave.size);
+    EXPECT_TRUE(pair.slave_is_first);
+  }
+  EXPECT_EQ(names(built("all", "a: {component: fine}", two_walls)).size(), 2u);
+}
+
 TEST_F(ContactSetup, facesThatASidesetNamesTwiceAreThereOnce) {
   const BuiltScene scene = built("[{between: ['a.x_max again', b.x_min]}]", three);
   EXPECT_EQ(scene.simulation.pairs[0].master.faces.rows(), 4);
