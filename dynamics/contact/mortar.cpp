@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/contact/mortar.hpp"
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+
+#include "dynamics/contact/mortar_search.hpp"
+
+namespace cbr {
+namespace {
+
+constexpr double same_side = 0.7;  // cosine between normals up to which faces belong to one point
+// A slave node with less than this share of its part of the faces has no multiplier of its own: beyond the master's rim there are
+// more slave nodes than motions of the strip that is shared. Its shape function goes to its neighbours in the face, so that the
+// multipliers still sum to one everywhere.
+constexpr double least_share = 0.05;
+
+// Corner j of the slave face of a segment.
+struct Corner {
+  Index segment = 0, slot = 0, group = -1;
+  int j = 0;
+};
+
+// What makes one point: corners of one slave node on faces that look the same way.
+struct Group {
+  Index slot = 0;
+  Vector3 first_normal;
+  double D = 0, share = 0;  // int N_j dA; the part of the faces' areas that is the node's
+  bool kept = false;
+};
+
+// Sums of terms by node, in the order of their first appearance.
+class TermSums {
+ public:
+  explicit TermSums(Index n_nodes) : sums_(n_nodes, 0.0), seen_(n_nodes, 0) {}
+  void add(Index node, double value) {
+    if (!seen_[node]) seen_[node] = 1, nodes_.push_back(node);
+    sums_[node] += value;
+  }
+  // Appends sign x sum / (sum of all), ascending by node, and empties it.
+  void flush(Index body, double sign, std::vector<ContactTerm>& terms) {
+    std::sort(nodes_.begin(), nodes_.end());
+    double all = 0;
+    for (const Index node : nodes_) all += sums_[node];
+    for (const Index node : nodes_) {
+      if (sums_[node] != 0) terms.push_back({body, node, sign * sums_[node] / all});
+      sums_[node] = 0, seen_[node] = 0;
+    }
+    nodes_.clear();
+  }
+
+ private:
+  std::vector<double> sums_;
+  std::vector<char> seen_;
+  std::vector<Index> nodes_;
+};
+
+int n_corners(const ContactSurface& surface, Index face) { return is_triangle(surface, face) ? 3 : 4; }
+
+// Corners of all segments, ascending by slot.
+std::vector<Corner> corners_by_slot(const ContactSurface& slave, const std::vector<FacePair>& pairs) {
+  std::vector<Corner> corners;
+  corners.reserve(4 * pairs.size());
+  Index before = -1;
+  std::array<Index, 4> slot{};
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const Index face = pairs[i].slave_face;
+    const int n = n_corners(slave, face);
+    for (int j = 0; j < n && face != before; ++j)
+      slot[j] = std::lower_bound(slave.nodes.begin(), slave.nodes.end(), slave.faces(face, j)) - slave.nodes.begin();
+    before = face;
+    for (int j = 0; j < n; ++j) corners.push_back({static_cast<Index>(i), slot[j], -1, j});
+  }
+  std::stable_sort(corners.begin(), corners.end(), [](const Corner& a, const Corner& b) { return a.slot < b.slot; });
+  return corners;
+}
+
+// Fills Corner::group; the groups of a slot follow each other.
+std::vector<Group> make_groups(const ContactSurface& slave, const std::vector<FacePair>& pairs, std::vector<Corner>& corners) {
+  std::vector<Group> groups;
+  std::size_t first = 0;  // group of the slot
+  Index face_before = -1;
+  for (std::size_t c = 0; c < corners.size(); ++c) {
+    Corner& corner = corners[c];
+    const FacePair& pair = pairs[corner.segment];
+    if (c == 0 || corners[c - 1].slot != corner.slot) first = groups.size(), face_before = -1;
+    std::size_t g = first;
+    while (g < groups.size() && groups[g].first_normal.dot(pair.normal) < same_side) ++g;
+    if (g == groups.size()) groups.push_back({corner.slot, pair.normal});
+    corner.group = static_cast<Index>(g);
+    groups[g].D += pair.segment.D.row(corner.j).sum();
+    const double size = slave.sizes[pair.slave_face];
+    if (pair.slave_face != face_before) groups[g].share += size * size / n_corners(slave, pair.slave_face);
+    face_before = pair.slave_face;
+  }
+  return groups;
+}
+
+using FaceGroups = std::vector<std::array<Index, 4>>;  // per segment, those of its corners; -1 beyond a triangle's third
+
+// Groups with enough area, and of each face at least one.
+void choose_kept(const std::vector<FacePair>& pairs, const FaceGroups& of, std::vector<Group>& groups) {
+  for (Group& group : groups) group.kept = group.D >= least_share * group.share;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    Index largest = of[i][0];
+    bool any = false;
+    for (const Index g : of[i]) {
+      if (g < 0) continue;
+      any = any || groups[g].kept;
+      if (groups[g].D > groups[largest].D) largest = g;
+    }
+    if (!any) groups[largest].kept = true;
+  }
+}
+
+// Multipliers of groups that are not kept go to the others of the face in equal parts.
+void merge_rows(const FaceGroups& of, const std::vector<Group>& groups, std::vector<FacePair>& pairs) {
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    Segment& segment = pairs[i].segment;
+    int n_kept = 0;
+    for (const Index g : of[i]) n_kept += g >= 0 && groups[g].kept;
+    for (int j = 0; j < 4; ++j) {
+      if (of[i][j] < 0 || groups[of[i][j]].kept) continue;
+      for (int k = 0; k < 4; ++k) {
+        if (of[i][k] < 0 || !groups[of[i][k]].kept) continue;
+        segment.D.row(k) += segment.D.row(j) / n_kept, segment.M.row(k) += segment.M.row(j) / n_kept;
+      }
+      segment.D.row(j).setZero(), segment.M.row(j).setZero();
+    }
+  }
+}
+
+// Appends the point of corners [first, last), or nothing if it is out of reach.
+void add_point(const MortarStep& step, const std::vector<FacePair>& pairs, const std::vector<const Corner*>& of, Index slot,
+               bool is_first, TermSums& slave_sums, TermSums& master_sums, PairMemory& memory, ContactList& list) {
+  ContactPoint point;
+  point.slot = slot;
+  point.first_term = static_cast<Index>(list.terms.size());
+  Vector3 area_vector = Vector3::Zero();
+  double largest = 0;
+  for (const Corner* corner : of) {
+    const FacePair& pair = pairs[corner->segment];
+    const double D = pair.segment.D.row(corner->j).sum();
+    for (int k = 0; k < n_corners(step.slave, pair.slave_face); ++k)
+      slave_sums.add(step.slave.faces(pair.slave_face, k), pair.segment.D(corner->j, k));
+    for (int l = 0; l < n_corners(step.master, pair.master_face); ++l)
+      master_sums.add(step.master.faces(pair.master_face, l), pair.segment.M(corner->j, l));
+    area_vector += D * pair.normal;
+    point.area += D;
+    if (D > largest) largest = D, point.face = pair.master_face;
+  }
+  slave_sums.flush(step.slave.body, 1, list.terms);
+  master_sums.flush(step.master.body, -1, list.terms);
+  const Vector3 normal = -area_vector.stableNormalized();
+  const auto gap = [&](const Points& slave, const Points& master) {
+    Vector3 r = Vector3::Zero();
+    for (std::size_t t = point.first_term; t < list.terms.size(); ++t) {
+      const ContactTerm& term = list.terms[t];
+      r += term.coefficient * (term.coefficient > 0 ? slave : master).row(term.node).transpose();
+    }
+    return normal.dot(r);
+  };
+  const double end = gap(step.slave_body.end, step.master_body.end);
+  if (end > step.reach || !(point.area > 0)) {
+    list.terms.resize(point.first_term);
+    return;
+  }
+  const double start = gap(step.slave_body.start, step.master_body.start);
+  if (is_first && memory.face[slot] < 0 && start < -step.options.kept_depth * step.master.sizes[point.face])
+    memory.offset[slot] = start;
+  if (step.initial) memory.initial_overlap = std::max(memory.initial_overlap, -start);
+  point.frame = contact_frame(normal);
+  point.gap[0] = end - memory.offset[slot];
+  point.start_gap = start - memory.offset[slot];
+  point.n_terms = static_cast<Index>(list.terms.size()) - point.first_term;
+  list.points.push_back(point);
+}
+
+}  // namespace
+
+void detect_mortar(const ContactSurface& slave, const ContactBody& slave_body, const ContactSurface& master,
+                   const ContactBody& master_body, bool initial, const DetectionOptions& options, PairMemory& memory,
+                   ContactList& list) {
+  const Index n = static_cast<Index>(slave.nodes.size());
+  if (memory.offset.size() != n) memory.offset.setZero(n), memory.face.assign(n, -1);
+  const MortarStep step = mortar_step(slave, slave_body, master, master_body, initial, options);
+  std::vector<FacePair> pairs = find_face_pairs(step, memory);
+  std::vector<Corner> corners = corners_by_slot(slave, pairs);
+  std::vector<Group> groups = make_groups(slave, pairs, corners);
+  FaceGroups of_faces(pairs.size(), {-1, -1, -1, -1});
+  for (const Corner& corner : corners) of_faces[corner.segment][corner.j] = corner.group;
+  choose_kept(pairs, of_faces, groups);
+  merge_rows(of_faces, groups, pairs);
+  TermSums slave_sums(slave_body.end.rows()), master_sums(master_body.end.rows());
+  std::vector<std::vector<const Corner*>> of(1);
+  for (std::size_t first = 0, last = 0; first < corners.size(); first = last) {
+    const Index slot = corners[first].slot, g0 = corners[first].group;
+    std::vector<Index> order;  // groups of the slot, the largest first: it owns the offset
+    for (last = first; last < corners.size() && corners[last].slot == slot; ++last) {
+      const std::size_t g = corners[last].group - g0;
+      if (of.size() <= g) of.resize(g + 1);
+      if (of[g].empty() && groups[corners[last].group].kept) order.push_back(static_cast<Index>(g));
+      of[g].push_back(&corners[last]);
+    }
+    std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return groups[g0 + a].D > groups[g0 + b].D; });
+    for (const Index g : order) add_point(step, pairs, of[g], slot, g == order.front(), slave_sums, master_sums, memory, list);
+    for (auto& group : of) group.clear();
+  }
+}
+
+}  // namespace cbr

@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/contact/mortar_search.hpp"
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+
+namespace cbr {
+namespace {
+
+constexpr double facing = -0.3;    // cosine between normals up to which faces look at each other
+constexpr double same_side = 0.7;  // cosine between normals above which faces hold a body in the same direction
+
+Vector3 mean_normal(const FaceCorners& x) { return (x[2] - x[0]).cross(x[3] - x[1]).stableNormalized(); }
+
+Vector3 centre(const FaceCorners& x) {
+  return x[2] == x[3] ? Vector3((x[0] + x[1] + x[2]) / 3) : Vector3((x[0] + x[1] + x[2] + x[3]) / 4);
+}
+
+Vector3 mean_motion(const ContactSurface& surface, const ContactBody& body) {
+  Vector3 sum = Vector3::Zero();
+  for (const Index node : surface.nodes) sum += (body.end.row(node) - body.start.row(node)).transpose();
+  return sum / static_cast<double>(surface.nodes.size());
+}
+
+double largest_motion(const ContactSurface& surface, const ContactBody& body, const Vector3& drift) {
+  double largest = 0;
+  for (const Index node : surface.nodes)
+    largest = std::max(largest, (body.end.row(node) - body.start.row(node) - drift.transpose()).norm());
+  return largest;
+}
+
+void fill_boxes(const ContactSurface& surface, const ContactBody& body, const Vector3& drift, double margin,
+                std::vector<Box>& boxes) {
+  boxes.resize(surface.faces.rows());
+  for (Index f = 0; f < surface.faces.rows(); ++f) {
+    Box box{Vector3::Constant(HUGE_VAL), Vector3::Constant(-HUGE_VAL)};
+    for (int a = 0; a < 4; ++a) {
+      const Vector3 start = body.start.row(surface.faces(f, a)).transpose() + drift,
+                    end = body.end.row(surface.faces(f, a)).transpose();
+      box.lower = box.lower.cwiseMin(start.cwiseMin(end)), box.upper = box.upper.cwiseMax(start.cwiseMax(end));
+    }
+    boxes[f] = {box.lower.array() - margin, box.upper.array() + margin};
+  }
+}
+
+// The slave face that is looked at.
+struct SlaveFace {
+  Index face = 0;
+  bool triangle = false;
+  FaceCorners start, end;
+  Matrix3 frame;  // rows: normal at the end, outward; two tangents
+  Vector3 origin;
+  FlatFace flat;  // at the end
+  Vector3 normal() const { return frame.row(0).transpose(); }
+};
+
+SlaveFace slave_face(const MortarStep& step, Index face) {
+  SlaveFace s;
+  s.face = face, s.triangle = is_triangle(step.slave, face);
+  s.start = corners(step.slave, face, step.slave_body.start), s.end = corners(step.slave, face, step.slave_body.end);
+  s.frame = contact_frame(mean_normal(s.end));
+  s.origin = centre(s.end);
+  s.flat = flatten(s.end, s.triangle, s.frame, s.origin, true);
+  return s;
+}
+
+FaceCorners between(const FaceCorners& start, const FaceCorners& end, double t) {
+  FaceCorners x;
+  for (int a = 0; a < 4; ++a) x[a] = (1 - t) * start[a] + t * end[a];
+  return x;
+}
+
+// What the faces share when t of the step is over.
+Segment segment_at(const SlaveFace& s, const FaceCorners& start, const FaceCorners& end, bool triangle, double t) {
+  const FaceCorners slave = between(s.start, s.end, t);
+  const Matrix3 frame = contact_frame(mean_normal(slave));
+  const Vector3 origin = centre(slave);
+  return integrate(flatten(slave, s.triangle, frame, origin, true),
+                   flatten(between(start, end, t), triangle, frame, origin, false));
+}
+
+double mean_gap(const Segment& segment, const Vector3& normal, const FaceCorners& slave, const FaceCorners& master) {
+  const Eigen::RowVector4d of_slave = segment.D.colwise().sum(), of_master = segment.M.colwise().sum();
+  Vector3 r = Vector3::Zero();
+  for (int a = 0; a < 4; ++a) r += of_master[a] * master[a] - of_slave[a] * slave[a];
+  return normal.dot(r) / segment.area;
+}
+
+// Least and largest gap that the corners allow, along the slave's normal.
+std::array<double, 2> gap_range(const Vector3& normal, const FaceCorners& slave, const FaceCorners& master) {
+  double least = HUGE_VAL, most = -HUGE_VAL, lower = HUGE_VAL, upper = -HUGE_VAL;
+  for (int a = 0; a < 4; ++a) {
+    const double m = normal.dot(master[a]), s = normal.dot(slave[a]);
+    least = std::min(least, m), most = std::max(most, m), lower = std::min(lower, s), upper = std::max(upper, s);
+  }
+  return {least - upper, most - lower};
+}
+
+// How deep a master face may be in the slave face at the start of the step: deeper, it is that of the other side of a thin body.
+double allowed_depth(const MortarStep& step, const PairMemory& memory, const SlaveFace& s, Index master_face,
+                     const Vector3& master_normal) {
+  const double size = std::max(step.master.sizes[master_face], step.slave.sizes[s.face]);
+  if (step.initial) return size;
+  for (int a = 0; a < 4; ++a) {
+    const auto slot =
+        std::lower_bound(step.slave.nodes.begin(), step.slave.nodes.end(), step.slave.faces(s.face, a)) - step.slave.nodes.begin();
+    const Index touched = memory.face[slot];
+    if (touched < 0) continue;
+    if (mean_normal(corners(step.master, touched, step.master_body.start)).dot(master_normal) >= same_side) return size;
+  }
+  return step.options.late_depth * size;
+}
+
+// Whether the faces share some area and can touch in the step; fills `pair`.
+bool meets(const MortarStep& step, const PairMemory& memory, const SlaveFace& s, Index face, FacePair& pair) {
+  const FaceCorners end = corners(step.master, face, step.master_body.end);
+  const Vector3 master_normal = mean_normal(end), normal = s.normal();
+  if (!(master_normal.dot(normal) < facing)) return false;
+  if (gap_range(normal, s.end, end)[0] > step.far) return false;
+  const FaceCorners start = corners(step.master, face, step.master_body.start);
+  const auto [first, last] = gap_range(normal, s.start, start);
+  if (last < -std::max(step.master.sizes[face], step.slave.sizes[s.face])) return false;
+  const bool triangle = is_triangle(step.master, face);
+  pair.slave_face = s.face, pair.master_face = face, pair.normal = normal;
+  pair.segment = integrate(s.flat, flatten(end, triangle, s.frame, s.origin, false));
+  pair.on_the_way = !(pair.segment.area > 0);
+  if (pair.on_the_way) {
+    const double g0 = normal.dot(centre(start) - centre(s.start)), g1 = normal.dot(centre(end) - centre(s.end));
+    if (!(g0 > 0 && g1 < 0)) return false;
+    pair.segment = segment_at(s, start, end, triangle, g0 / (g0 - g1));
+    if (!(pair.segment.area > 0)) return false;
+  }
+  pair.end_gap = mean_gap(pair.segment, normal, s.end, end);
+  pair.start_gap = mean_gap(pair.segment, normal, s.start, start);
+  if (pair.end_gap > step.far) return false;
+  if (pair.start_gap < 0 && -pair.start_gap > allowed_depth(step, memory, s, face, master_normal)) return false;
+  if (pair.on_the_way || pair.start_gap <= 0) return true;
+  // It may have come around the rim
+  const double depth = step.options.late_depth * step.master.sizes[face];
+  return pair.end_gap >= -depth || segment_at(s, start, end, triangle, pair.start_gap / (pair.start_gap - pair.end_gap)).area > 0;
+}
+
+// The area that two master faces and the slave face share.
+double common_area(const MortarStep& step, const SlaveFace& s, Index face, Index other) {
+  const auto flat = [&](Index f) {
+    return flatten(corners(step.master, f, step.master_body.end), is_triangle(step.master, f), s.frame, s.origin, false);
+  };
+  const FlatFace a = flat(face), b = flat(other);
+  double sum = 0;
+  for (int i = 0; i < a.n_pieces; ++i)
+    for (int j = 0; j < b.n_pieces; ++j)
+      for (int k = 0; k < s.flat.n_pieces; ++k) {
+        const Polygon both = clip(a.pieces[i].outline, b.pieces[j].outline);
+        if (both.n >= 3) sum += area(clip(both, s.flat.pieces[k].outline));
+      }
+  return sum;
+}
+
+// Of master faces that lie over each other only the one counts that the slave face meets first. pairs[first] .. are those of `s`.
+void keep_first_layer(const MortarStep& step, const SlaveFace& s, std::size_t first, std::vector<FacePair>& pairs) {
+  const auto begin = pairs.begin() + static_cast<std::ptrdiff_t>(first);
+  if (std::any_of(begin, pairs.end(), [](const FacePair& pair) { return !pair.on_the_way; }))
+    pairs.erase(std::remove_if(begin, pairs.end(), [](const FacePair& pair) { return pair.on_the_way; }), pairs.end());
+  double sum = 0, whole = 0;
+  for (auto pair = begin; pair != pairs.end(); ++pair) sum += pair->segment.area;
+  for (int k = 0; k < s.flat.n_pieces; ++k) whole += s.flat.pieces[k].area;
+  if (sum <= whole * (1 + 1e-6)) return;
+  std::stable_sort(begin, pairs.end(),
+                   [](const FacePair& a, const FacePair& b) { return std::abs(a.start_gap) < std::abs(b.start_gap); });
+  auto last = begin;
+  for (auto pair = begin; pair != pairs.end(); ++pair) {
+    const auto hides = [&](const FacePair& other) {
+      return common_area(step, s, pair->master_face, other.master_face) > 1e-3 * pair->segment.area;
+    };
+    if (std::none_of(begin, last, hides)) *last++ = *pair;
+  }
+  pairs.erase(last, pairs.end());
+  std::sort(begin, last, [](const FacePair& a, const FacePair& b) { return a.master_face < b.master_face; });
+}
+
+}  // namespace
+
+MortarStep mortar_step(const ContactSurface& slave, const ContactBody& slave_body, const ContactSurface& master,
+                       const ContactBody& master_body, bool initial, const DetectionOptions& options) {
+  MortarStep step{slave, slave_body, master, master_body, options, initial, 0, 0, mean_motion(master, master_body)};
+  // Neighbours of a node in contact may be drawn in by its impulse: about as far as anything moves in the step.
+  step.reach =
+      0.02 * master.size + 0.5 * (largest_motion(slave, slave_body, step.drift) + largest_motion(master, master_body, step.drift));
+  if (initial) step.reach = std::max(step.reach, master.size);
+  step.far = step.reach + 0.5 * std::max(slave.size, master.size);
+  return step;
+}
+
+std::vector<FacePair> find_face_pairs(const MortarStep& step, PairMemory& memory) {
+  fill_boxes(step.slave, step.slave_body, step.drift, 0, memory.node_boxes);
+  fill_boxes(step.master, step.master_body, step.drift, std::max(step.far, memory.depth), memory.face_boxes);
+  find_candidates(memory.node_boxes, memory.face_boxes, memory.grid);
+  const CandidateList& list = memory.grid.candidates;
+  std::vector<FacePair> pairs;
+  FacePair pair;
+  for (Index f = 0; f < step.slave.faces.rows(); ++f) {
+    if (list.first[f] == list.first[f + 1] || !(step.slave.sizes[f] > 0)) continue;
+    const SlaveFace s = slave_face(step, f);
+    const std::size_t first = pairs.size();
+    for (Index k = list.first[f]; k < list.first[f + 1]; ++k)
+      if (meets(step, memory, s, list.target[k], pair)) pairs.push_back(pair);
+    keep_first_layer(step, s, first, pairs);
+  }
+  return pairs;
+}
+
+}  // namespace cbr

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Which faces of two surfaces share some area and can touch in a step.
+#pragma once
+
+#include <vector>
+
+#include "dynamics/contact/contact_surface.hpp"
+#include "dynamics/contact/detection.hpp"
+#include "dynamics/contact/mortar_segment.hpp"
+
+namespace cbr {
+
+struct MortarStep {
+  const ContactSurface& slave;
+  const ContactBody& slave_body;
+  const ContactSurface& master;
+  const ContactBody& master_body;
+  const DetectionOptions& options;
+  bool initial;
+  double reach;   // points with gaps up to this are of interest
+  double far;     // faces up to this: the support of a point on a curved surface
+  Vector3 drift;  // mean motion of the master: boxes are swept by relative motion only
+};
+MortarStep mortar_step(const ContactSurface& slave, const ContactBody& slave_body, const ContactSurface& master,
+                       const ContactBody& master_body, bool initial, const DetectionOptions& options);
+
+struct FacePair {
+  Index slave_face = 0, master_face = 0;
+  Vector3 normal;                     // of the slave face, outward
+  double start_gap = 0, end_gap = 0;  // mean, along the normal
+  bool on_the_way = false;            // they share nothing at the end of the step, but where one went through the other
+  Segment segment;
+};
+
+// Ascending by slave face, then master face. Areas are shared as seen along the slave face's normal at the end of the step.
+std::vector<FacePair> find_face_pairs(const MortarStep& step, PairMemory& memory);
+
+}  // namespace cbr

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What two faces share, integrated: pure geometry.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "dynamics/contact/clipping.hpp"
+#include "dynamics/contact/projection.hpp"
+
+namespace cbr {
+
+// A convex piece of a face seen along a normal: the whole face, or one of the two triangles of a quad that is not convex from
+// there.
+struct FacePiece {
+  int n = 0;                    // 3 or 4
+  std::array<int, 4> corner{};  // of the face
+  Polygon outline;              // counter-clockwise
+  Vector2 origin, a, b, w;      // x = origin + s a + t b + s t w; a triangle's s, t are barycentric, w = 0
+  Eigen::Matrix2d inverse;      // of (a, b)
+  double distortion = 0;        // relative change of the map's Jacobian over half the piece; 0: affine
+  double area = 0;
+};
+
+// A face in the plane of `frame` (rows: normal, two tangents).
+struct FlatFace {
+  int n_pieces = 0;
+  std::array<FacePiece, 2> pieces;
+};
+// Pieces without area, or whose sense of rotation about the normal is not `counter_clockwise`, are left out.
+FlatFace flatten(const FaceCorners& corners, bool triangle, const Matrix3& frame, const Vector3& origin, bool counter_clockwise);
+
+// Integrals over what a slave and a master face share; corners beyond a triangle's third are 0.
+struct Segment {
+  Eigen::Matrix4d D = Eigen::Matrix4d::Zero();  // D_jk = int N_j N_k dA, both of the slave
+  Eigen::Matrix4d M = Eigen::Matrix4d::Zero();  // M_jl = int N_j N_l dA, l of the master
+  double area = 0;
+};
+// Slave and master are integrated with the same points, so that rows of D and M have the same sum, and any linear field is carried
+// over exactly, whatever the error of the quadrature; that is none for parallelograms and triangles and about 1e-10 for other
+// quads. What is smaller than `sliver` times the smaller face is left out.
+Segment integrate(const FlatFace& slave, const FlatFace& master, double sliver = 1e-12);
+
+// The shape functions of the face's corners at a point of the piece.
+Eigen::Vector4d shape_functions(const FacePiece& piece, const Vector2& x);
+
+}  // namespace cbr
