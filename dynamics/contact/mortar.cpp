@@ -11,7 +11,6 @@
 namespace cbr {
 namespace {
 
-constexpr double same_side = 0.7;  // cosine between normals up to which faces belong to one point
 // A slave node with less than this share of its part of the faces has no multiplier of its own: beyond the master's rim there are
 // more slave nodes than motions of the strip that is shared. Its shape function goes to its neighbours in the face, so that the
 // multipliers still sum to one everywhere.
@@ -168,9 +167,8 @@ void add_point(const MortarStep& step, const std::vector<FacePair>& pairs, const
     return;
   }
   const double start = gap(step.slave_body.start, step.master_body.start);
-  if (is_first && memory.face[slot] < 0 && start < -step.options.kept_depth * step.master.sizes[point.face])
-    memory.offset[slot] = start;
-  if (step.initial) memory.initial_overlap = std::max(memory.initial_overlap, -start);
+  const bool late = memory.face[slot] < 0 && start < -step.options.kept_depth * step.master.sizes[point.face];
+  if (is_first && (step.initial || late)) keep_overlap(slot, start, step.initial, memory);
   point.frame = contact_frame(normal);
   point.gap[0] = end - memory.offset[slot];
   point.start_gap = start - memory.offset[slot];
@@ -183,9 +181,8 @@ void add_point(const MortarStep& step, const std::vector<FacePair>& pairs, const
 void detect_mortar(const ContactSurface& slave, const ContactBody& slave_body, const ContactSurface& master,
                    const ContactBody& master_body, bool initial, const DetectionOptions& options, PairMemory& memory,
                    ContactList& list) {
-  const Index n = static_cast<Index>(slave.nodes.size());
-  if (memory.offset.size() != n) memory.offset.setZero(n), memory.face.assign(n, -1);
-  const MortarStep step = mortar_step(slave, slave_body, master, master_body, initial, options);
+  start_memory(static_cast<Index>(slave.nodes.size()), memory);
+  const MortarStep step = mortar_step(slave, slave_body, master, master_body, initial, options, memory);
   std::vector<FacePair> pairs = find_face_pairs(step, memory);
   std::vector<Corner> corners = corners_by_slot(slave, pairs);
   std::vector<Group> groups = make_groups(slave, pairs, corners);

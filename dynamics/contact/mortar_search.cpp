@@ -9,8 +9,7 @@
 namespace cbr {
 namespace {
 
-constexpr double facing = -0.3;    // cosine between normals up to which faces look at each other
-constexpr double same_side = 0.7;  // cosine between normals above which faces hold a body in the same direction
+constexpr double facing = -0.3;  // cosine between normals up to which faces look at each other
 
 Vector3 mean_normal(const FaceCorners& x) { return (x[2] - x[0]).cross(x[3] - x[1]).stableNormalized(); }
 
@@ -48,21 +47,28 @@ void fill_boxes(const ContactSurface& surface, const ContactBody& body, const Ve
 // The slave face that is looked at.
 struct SlaveFace {
   Index face = 0;
-  bool triangle = false;
+  bool triangle = false, touched = false;
   FaceCorners start, end;
-  Matrix3 frame;  // rows: normal at the end, outward; two tangents
+  Matrix3 frame;  // rows: outward normal, two tangents; at the start if it touched in the last step, else at the end
   Vector3 origin;
-  FlatFace flat;  // at the end
+  FlatFace flat;  // at the same time
   Vector3 normal() const { return frame.row(0).transpose(); }
+  const FaceCorners& seen(const FaceCorners& at_start, const FaceCorners& at_end) const { return touched ? at_start : at_end; }
 };
 
-SlaveFace slave_face(const MortarStep& step, Index face) {
+Index slot_of(const ContactSurface& slave, Index face, int corner) {
+  return std::lower_bound(slave.nodes.begin(), slave.nodes.end(), slave.faces(face, corner)) - slave.nodes.begin();
+}
+
+SlaveFace slave_face(const MortarStep& step, const PairMemory& memory, Index face) {
   SlaveFace s;
   s.face = face, s.triangle = is_triangle(step.slave, face);
+  for (int a = 0; a < 4; ++a) s.touched = s.touched || memory.face[slot_of(step.slave, face, a)] >= 0;
   s.start = corners(step.slave, face, step.slave_body.start), s.end = corners(step.slave, face, step.slave_body.end);
-  s.frame = contact_frame(mean_normal(s.end));
-  s.origin = centre(s.end);
-  s.flat = flatten(s.end, s.triangle, s.frame, s.origin, true);
+  const FaceCorners& seen = s.seen(s.start, s.end);
+  s.frame = contact_frame(mean_normal(seen));
+  s.origin = centre(seen);
+  s.flat = flatten(seen, s.triangle, s.frame, s.origin, true);
   return s;
 }
 
@@ -104,9 +110,7 @@ double allowed_depth(const MortarStep& step, const PairMemory& memory, const Sla
   const double size = std::max(step.master.sizes[master_face], step.slave.sizes[s.face]);
   if (step.initial) return size;
   for (int a = 0; a < 4; ++a) {
-    const auto slot =
-        std::lower_bound(step.slave.nodes.begin(), step.slave.nodes.end(), step.slave.faces(s.face, a)) - step.slave.nodes.begin();
-    const Index touched = memory.face[slot];
+    const Index touched = memory.face[slot_of(step.slave, s.face, a)];
     if (touched < 0) continue;
     if (mean_normal(corners(step.master, touched, step.master_body.start)).dot(master_normal) >= same_side) return size;
   }
@@ -115,16 +119,16 @@ double allowed_depth(const MortarStep& step, const PairMemory& memory, const Sla
 
 // Whether the faces share some area and can touch in the step; fills `pair`.
 bool meets(const MortarStep& step, const PairMemory& memory, const SlaveFace& s, Index face, FacePair& pair) {
-  const FaceCorners end = corners(step.master, face, step.master_body.end);
-  const Vector3 master_normal = mean_normal(end), normal = s.normal();
+  const FaceCorners start = corners(step.master, face, step.master_body.start),
+                    end = corners(step.master, face, step.master_body.end);
+  const FaceCorners& seen = s.seen(start, end);
+  const Vector3 master_normal = mean_normal(seen), normal = s.normal();
   if (!(master_normal.dot(normal) < facing)) return false;
   if (gap_range(normal, s.end, end)[0] > step.far) return false;
-  const FaceCorners start = corners(step.master, face, step.master_body.start);
-  const auto [first, last] = gap_range(normal, s.start, start);
-  if (last < -std::max(step.master.sizes[face], step.slave.sizes[s.face])) return false;
+  if (gap_range(normal, s.start, start)[1] < -std::max(step.master.sizes[face], step.slave.sizes[s.face])) return false;
   const bool triangle = is_triangle(step.master, face);
   pair.slave_face = s.face, pair.master_face = face, pair.normal = normal;
-  pair.segment = integrate(s.flat, flatten(end, triangle, s.frame, s.origin, false));
+  pair.segment = integrate(s.flat, flatten(seen, triangle, s.frame, s.origin, false));
   pair.on_the_way = !(pair.segment.area > 0);
   if (pair.on_the_way) {
     const double g0 = normal.dot(centre(start) - centre(s.start)), g1 = normal.dot(centre(end) - centre(s.end));
@@ -145,7 +149,8 @@ bool meets(const MortarStep& step, const PairMemory& memory, const SlaveFace& s,
 // The area that two master faces and the slave face share.
 double common_area(const MortarStep& step, const SlaveFace& s, Index face, Index other) {
   const auto flat = [&](Index f) {
-    return flatten(corners(step.master, f, step.master_body.end), is_triangle(step.master, f), s.frame, s.origin, false);
+    return flatten(corners(step.master, f, s.touched ? step.master_body.start : step.master_body.end), is_triangle(step.master, f),
+                   s.frame, s.origin, false);
   };
   const FlatFace a = flat(face), b = flat(other);
   double sum = 0;
@@ -183,12 +188,11 @@ void keep_first_layer(const MortarStep& step, const SlaveFace& s, std::size_t fi
 }  // namespace
 
 MortarStep mortar_step(const ContactSurface& slave, const ContactBody& slave_body, const ContactSurface& master,
-                       const ContactBody& master_body, bool initial, const DetectionOptions& options) {
+                       const ContactBody& master_body, bool initial, const DetectionOptions& options, const PairMemory& memory) {
   MortarStep step{slave, slave_body, master, master_body, options, initial, 0, 0, mean_motion(master, master_body)};
-  // Neighbours of a node in contact may be drawn in by its impulse: about as far as anything moves in the step.
   step.reach =
-      0.02 * master.size + 0.5 * (largest_motion(slave, slave_body, step.drift) + largest_motion(master, master_body, step.drift));
-  if (initial) step.reach = std::max(step.reach, master.size);
+      contact_reach(master.size, largest_motion(slave, slave_body, step.drift) + largest_motion(master, master_body, step.drift),
+                    initial, memory);
   step.far = step.reach + 0.5 * std::max(slave.size, master.size);
   return step;
 }
@@ -202,7 +206,7 @@ std::vector<FacePair> find_face_pairs(const MortarStep& step, PairMemory& memory
   FacePair pair;
   for (Index f = 0; f < step.slave.faces.rows(); ++f) {
     if (list.first[f] == list.first[f + 1] || !(step.slave.sizes[f] > 0)) continue;
-    const SlaveFace s = slave_face(step, f);
+    const SlaveFace s = slave_face(step, memory, f);
     const std::size_t first = pairs.size();
     for (Index k = list.first[f]; k < list.first[f + 1]; ++k)
       if (meets(step, memory, s, list.target[k], pair)) pairs.push_back(pair);

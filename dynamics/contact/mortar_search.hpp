@@ -22,17 +22,19 @@ struct MortarStep {
   Vector3 drift;  // mean motion of the master: boxes are swept by relative motion only
 };
 MortarStep mortar_step(const ContactSurface& slave, const ContactBody& slave_body, const ContactSurface& master,
-                       const ContactBody& master_body, bool initial, const DetectionOptions& options);
+                       const ContactBody& master_body, bool initial, const DetectionOptions& options, const PairMemory& memory);
 
 struct FacePair {
   Index slave_face = 0, master_face = 0;
-  Vector3 normal;                     // of the slave face, outward
+  Vector3 normal;                     // of the slave face, outward, as it is looked at
   double start_gap = 0, end_gap = 0;  // mean, along the normal
-  bool on_the_way = false;            // they share nothing at the end of the step, but where one went through the other
+  bool on_the_way = false;            // what they share is that of where one went through the other
   Segment segment;
 };
 
-// Ascending by slave face, then master face. Areas are shared as seen along the slave face's normal at the end of the step.
+// Ascending by slave face, then master face. What is shared is seen along the slave
+// face's normal: at the start of the step for faces that touched in the last one (the prediction knows no impulses of this step and
+// would feed the shortest waves), at the end for others.
 std::vector<FacePair> find_face_pairs(const MortarStep& step, PairMemory& memory);
 
 }  // namespace cbr
