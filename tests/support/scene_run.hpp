@@ -5,8 +5,10 @@
 #include <array>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "common/mesh/mesh.hpp"
+#include "common/program.hpp"
 #include "common/scene.hpp"
 #include "dynamics/integrators/simulation.hpp"
 #include "dynamics/setup/build.hpp"
@@ -43,6 +45,8 @@ struct Ran {
 // A folder of its own with meshes, superelements and scenes, gone with the object.
 class SceneFolder {
  public:
+  SceneFolder() { set_threads(1); }  // small scenes, and other tests run beside this one
+
   // `file` with a suffix that write_mesh knows: .exo holds names up to 32 characters.
   void add(const std::string& file, const Mesh& mesh) { write_mesh(mesh, folder_ / file); }
 
