@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/contact/contact_newton.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include "dynamics/contact/set_matrix.hpp"
+
+namespace cbr {
+
+struct ContactNewton::Impl {
+  // Kept while nothing slides.
+  std::vector<PointState> factored;
+  std::optional<SetMatrix> matrix;
+
+  Vector step(const ContactProblem& problem, const ContactSet& set, const Vector& g) {
+    if (set.slides_anywhere()) return SetMatrix(problem, set).solve(g);
+    if (!matrix || factored != set.states) {
+      matrix.emplace(problem, set);
+      factored = set.states;
+    }
+    return matrix->solve(g);
+  }
+};
+
+ContactNewton::ContactNewton() : impl_(std::make_unique<Impl>()) {}
+ContactNewton::~ContactNewton() = default;
+ContactNewton::ContactNewton(ContactNewton&&) noexcept = default;
+ContactNewton& ContactNewton::operator=(ContactNewton&&) noexcept = default;
+
+namespace {
+
+// Takes p into the cones and keeps it when it is the best so far.
+double keep_best(const ContactProblem& problem, const Vector& g, const Vector& p, const Vector& gap, NewtonResult& best) {
+  Vector inside = p;
+  project(problem, inside);
+  Vector inside_gap = inside == p ? gap : Vector(g + apply(problem.W, inside));
+  const double residual = law_violations(problem, inside, inside_gap).lpNorm<Eigen::Infinity>();
+  if (residual < best.residual) best.p = std::move(inside), best.gap = std::move(inside_gap), best.residual = residual;
+  return residual;
+}
+
+// Of p + t (target - p), t = 1, 1/2, .. 1/64, the one that violates the laws least; the gap is linear on the way.
+void line_search(const ContactProblem& problem, const Vector& target, const Vector& target_gap, double enough, Vector& p,
+                 Vector& gap) {
+  double best = std::numeric_limits<double>::infinity(), best_t = 1;
+  for (double t = 1; t > 0.01; t /= 2) {
+    const double merit = law_violations(problem, p + t * (target - p), gap + t * (target_gap - gap)).norm();
+    if (merit < best) best = merit, best_t = t;
+    if (merit <= enough) break;
+  }
+  gap += best_t * (target_gap - gap);
+  p += best_t * (target - p);
+}
+
+}  // namespace
+
+NewtonResult ContactNewton::solve(const ContactProblem& problem, const Vector& g, Vector p, Vector gap, int max_iterations,
+                                  double tolerance) {
+  NewtonResult best;
+  best.residual = std::numeric_limits<double>::infinity();
+  std::vector<std::vector<PointState>> seen;
+  double merit = law_violations(problem, p, gap).norm();
+  while (best.iterations < max_iterations && !best.converged) {
+    const ContactSet set = contact_set(problem, p, gap);
+    const bool slides = set.slides_anywhere();
+    // Without sliding the set decides all: the same set again is a cycle
+    if (!slides && std::find(seen.begin(), seen.end(), set.states) != seen.end()) break;
+    if (!slides) seen.push_back(set.states);
+    const Vector target = impl_->step(problem, set, g);
+    ++best.iterations;
+    if (!target.allFinite()) break;
+    const Vector target_gap = g + apply(problem.W, target);
+    const double before = best.residual, residual = keep_best(problem, g, target, target_gap, best);
+    const double round_off = 1e-15 * problem.w.maxCoeff() * target.lpNorm<Eigen::Infinity>();
+    best.converged = residual <= tolerance + round_off || (residual <= 1e3 * tolerance && residual > 0.3 * before);
+    if (slides) {
+      line_search(problem, target, target_gap, merit, p, gap);
+      merit = law_violations(problem, p, gap).norm();
+    } else {
+      p = target, gap = target_gap;
+      merit = std::numeric_limits<double>::infinity();
+    }
+  }
+  if (best.p.size() == 0) {
+    best.residual = std::numeric_limits<double>::infinity();
+    keep_best(problem, g, Vector::Zero(g.size()), g, best);
+  }
+  return best;
+}
+
+}  // namespace cbr
