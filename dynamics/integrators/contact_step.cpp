@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "common/error.hpp"
+#include "dynamics/contact/mortar.hpp"
 
 namespace cbr {
 namespace {
@@ -52,6 +53,8 @@ void search(Simulation& sim, Index p, bool back, bool initial, const ContactStat
     collect_ties(pair, state, group.list);
   } else if (pair.wall) {
     detect_wall(slave, slave_body, *pair.wall, initial, sim.detection, memory, group.list);
+  } else if (pair.formulation == Formulation::mortar) {
+    detect_mortar(slave, slave_body, master, master_body, initial, sim.detection, memory, group.list);
   } else {
     detect(slave, slave_body, master, master_body, initial, sim.detection, memory, group.list);
   }

@@ -118,10 +118,6 @@ void refuse_what_is_missing(const Scene& scene) {
                      ": time.integrator: newmark is not available in this version (available: exact, central-difference)");
   }
   if (scene.instances.empty()) throw InputError(scene.file.string() + ": the scene has no instances");
-  for (const ContactOptions& contact : scene.contact)
-    if (contact.friction > 0)
-      throw InputError(contact.source.text() +
-                       ": contact.friction: friction is not available yet in this version: use friction: 0");
 }
 
 void note_skin(const Scene& scene, BuiltScene& built) {

@@ -231,7 +231,6 @@ void refuse_what_is_missing(const Entry& entry) {
     throw InputError(options.source.text() + ": contact: " + what + " not available yet in this version");
   };
   if (options.tied) refuse("'tied: true' is");
-  if (options.formulation == Formulation::mortar) refuse("'formulation: mortar' is");
 }
 
 void warn_nodal(const ContactOptions& options, const BuiltScene& built, const ContactPair& pair, Report& report) {

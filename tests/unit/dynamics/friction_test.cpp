@@ -37,7 +37,7 @@ Simulation with_friction(const Strike& s, Enforcement enforcement, double mu, do
   return sim;
 }
 
-constexpr std::array enforcements{Enforcement::penalty};
+constexpr std::array enforcements{Enforcement::impulse, Enforcement::penalty};
 
 TEST(Friction, SlidingForceIsMuTimesTheNormalForceAgainstTheSlip) {
   const double mu = 0.3;

@@ -117,7 +117,6 @@ TEST_F(Program, ASuperelementThatIsMissingOrStaleNamesTheCure) {
 }
 
 TEST_F(Program, RefusesWhatThisVersionCannotDo) {
-  expect_refused(scene("mesh", ", friction: 0.2"), {"friction", "not available"});
   expect_refused(scene("mesh", "", ", integrator: newmark"), {"newmark", "not available"});
   expect_refused(scene("mesh", "", ", step: 1.0"), {"critical step", "force"});
 }
