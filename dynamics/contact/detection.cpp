@@ -22,20 +22,24 @@ struct Step {
 
 struct Hit {
   Projection end;
-  double start_gap = 0;
+  double start_gap = 0, end_gap = 0;  // distances, counted from where an adjusted gap is closed
   // When the node went through the face, as a share of the step; not above 0: it was behind it at the start, by this share of the
   // face's size. The last face that a node goes through is the one by which it enters a convex body.
   double entry = 0;
-  bool over_at_end = false;
+  bool over_now = false, over_at_end = false;
   bool same = false;     // it is the face that the node touched in the last step
   bool follows = false;  // looks the same way as the face that the node touched in the last step
   Index face = 0;
 };
 
-// A node touched `face` in the last step, which looked along `normal` at the start of this one; -1: none.
-struct Touch {
-  Index face = -1;
+// What is known of a node from the steps before.
+struct Node {
+  Index slot = 0;
+  Vector3 start, end;
+  Index face = -1;  // touched in the last step, -1: none; at the start of this one it looks along `normal`
   Vector3 normal = Vector3::Zero();
+  Vector3 known_normal = Vector3::Zero();  // of the face touched last since the bodies were apart; zero: none
+  double lift = 0;                         // an adjusted gap
 };
 
 Vector3 mean_normal(const FaceCorners& x) { return (x[2] - x[0]).cross(x[3] - x[1]).stableNormalized(); }
@@ -83,8 +87,8 @@ void fill_boxes(const Step& step, PairMemory& memory) {
 
 // Whether a node that is behind a face at the start of the step is to be held by it. Beside an edge of a body a node is behind the
 // faces of both sides: the one that it neither touched nor lies under is not to push it out.
-bool held_from_behind(const Step& step, const Projection& before, const Hit& hit, double size) {
-  const double depth = -before.distance, edge = step.options.edge_tolerance;
+bool held_from_behind(const Step& step, const Projection& before, const Hit& hit, double size, double edge) {
+  const double depth = -hit.start_gap;
   if (hit.follows) return depth <= size && (before.outside <= edge || hit.over_at_end);
   if (step.initial) return depth <= size && before.outside <= edge;
   if (depth <= step.options.kept_depth * size) return before.outside <= edge;
@@ -102,88 +106,105 @@ void touch_where_it_is(const Projection& now, const FaceCorners& end, const Vect
 }
 
 // Whether the node came through the face during the step, or touches or nears it; fills `hit`.
-bool meets(const Step& step, Index slot, Index face, const Touch& touch, Hit& hit) {
-  const Index node = step.slave.nodes[slot];
+bool meets(const Step& step, const Node& node, Index face, Hit& hit) {
   const bool triangle = is_triangle(step.master, face);
-  const double size = step.master.sizes[face], edge = step.options.edge_tolerance;
-  const Vector3 x0 = step.slave_body.start.row(node).transpose(), x1 = step.slave_body.end.row(node).transpose();
+  const double size = step.master.sizes[face];
   const FaceCorners end = corners(step.master, face, step.master_body.end);
   hit.face = face;
-  hit.end = project(end, triangle, x1);
+  hit.end = project(end, triangle, node.end);
   if (!(size > 0) || hit.end.normal.isZero() || hit.end.distance > step.reach) return false;
   const FaceCorners start = corners(step.master, face, step.master_body.start);
-  const Projection before = project(start, triangle, x0);
-  hit.start_gap = before.distance;
+  const Projection before = project(start, triangle, node.start);
+  hit.start_gap = before.distance - node.lift;
+  const bool known = before.normal.dot(node.known_normal) >= same_side;
+  const double edge = known ? step.options.edge_tolerance : step.options.new_edge_tolerance;
+  hit.over_now = before.outside <= step.options.new_edge_tolerance;
   hit.over_at_end = hit.end.outside <= edge;
-  hit.same = touch.face == face;
-  hit.follows = touch.face >= 0 && before.normal.dot(touch.normal) >= same_side;
-  hit.entry = before.distance / size;
-  if (hit.same && before.outside <= edge) touch_where_it_is(before, end, x1, hit.end);
-  if (before.distance <= 0) return held_from_behind(step, before, hit, size) && (hit.end.distance < 0 || hit.over_at_end);
+  hit.same = node.face == face;
+  hit.follows = node.face >= 0 && before.normal.dot(node.normal) >= same_side;
+  if (hit.follows && before.outside <= edge) touch_where_it_is(before, end, node.end, hit.end);
+  hit.end_gap = hit.end.distance - node.lift;
+  hit.entry = hit.start_gap / size;
+  if (hit.start_gap <= 0) return held_from_behind(step, before, hit, size, edge) && (hit.end_gap < 0 || hit.over_at_end);
   hit.entry = 1;
-  if (hit.end.distance >= 0) return hit.over_at_end;
+  if (hit.end_gap >= 0) return hit.over_at_end;
   // Where it goes through the moving face
-  const double t = before.distance / (before.distance - hit.end.distance);
+  const double t = hit.start_gap / (hit.start_gap - hit.end_gap);
   hit.entry = t;
   FaceCorners at;
   for (int a = 0; a < 4; ++a) at[a] = (1 - t) * start[a] + t * end[a];
-  return project(at, triangle, (1 - t) * x0 + t * x1).outside <= edge;
+  return project(at, triangle, (1 - t) * node.start + t * node.end).outside <= edge;
 }
 
-// Which face holds a node first. Entries are rounded, so that faces of one plane are told apart by what they are at the end.
+// Which face holds a node first: the one that it touches, until it is off its edge and over the next one. Entries are rounded, so
+// that faces of one plane are told apart by what they are at the end.
 bool better(const Hit& a, const Hit& b) {
   if (a.over_at_end != b.over_at_end) return a.over_at_end;
   if (a.follows != b.follows) return a.follows;
+  if (a.follows && a.over_now != b.over_now) return a.over_now;
   if (a.same != b.same) return a.same;
   const double entry_a = std::round(1e10 * a.entry), entry_b = std::round(1e10 * b.entry);
-  return entry_a != entry_b ? entry_a > entry_b : std::abs(a.end.distance) < std::abs(b.end.distance);
+  return entry_a != entry_b ? entry_a > entry_b : std::abs(a.end_gap) < std::abs(b.end_gap);
 }
 
 // Whether a node that `first` holds is to be held by `second` too: in a concave corner. At a convex edge a node that is behind both
 // faces came in by one of them; the other then holds it only when the first does nothing against what this step does to it.
 bool holds_too(const Step& step, const Hit& first, const Hit& second) {
-  if (!second.over_at_end || second.end.distance >= 0 || second.end.normal.dot(first.end.normal) >= same_side) return false;
+  if (!second.over_at_end || second.end_gap >= 0 || second.end.normal.dot(first.end.normal) >= same_side) return false;
   const Vector3 between = centre(corners(step.master, second.face, step.master_body.end)) -
                           centre(corners(step.master, first.face, step.master_body.end));
   if (first.end.normal.dot(between) > 0 && second.end.normal.dot(between) < 0)
     return second.start_gap >= -step.options.kept_depth * step.master.sizes[second.face];
-  return first.end.distance >= -1e-6 * step.master.sizes[first.face] && second.start_gap >= 0.5 * second.end.distance;
+  return first.end_gap >= -1e-6 * step.master.sizes[first.face] && second.start_gap >= 0.5 * second.end_gap;
 }
 
-void add_point(const Step& step, Index slot, const Hit& hit, const PairMemory& memory, ContactList& list) {
+void add_point(const Step& step, const Node& node, const Hit& hit, double offset, ContactList& list) {
   ContactPoint point;
   point.frame = contact_frame(hit.end.normal);
-  point.gap[0] = hit.end.distance - memory.offset[slot];
-  point.start_gap = hit.start_gap - memory.offset[slot];
-  point.area = step.slave.areas[slot];
-  point.slot = slot, point.face = hit.face;
+  point.gap[0] = hit.end_gap + node.lift - offset;
+  point.start_gap = hit.start_gap + node.lift - offset;
+  point.area = step.slave.areas[node.slot];
+  point.slot = node.slot, point.face = hit.face;
   point.first_term = static_cast<Index>(list.terms.size());
-  list.terms.push_back({step.slave.body, step.slave.nodes[slot], 1});
+  list.terms.push_back({step.slave.body, step.slave.nodes[node.slot], 1});
   for (int a = 0; a < 4; ++a)
     if (hit.end.weights[a] != 0) list.terms.push_back({step.master.body, step.master.faces(hit.face, a), -hit.end.weights[a]});
   point.n_terms = static_cast<Index>(list.terms.size()) - point.first_term;
   list.points.push_back(point);
 }
 
+Node node_of(const Step& step, Index slot, const PairMemory& memory) {
+  const Index i = step.slave.nodes[slot];
+  Node node;
+  node.slot = slot;
+  node.start = step.slave_body.start.row(i).transpose(), node.end = step.slave_body.end.row(i).transpose();
+  node.face = memory.face[slot];
+  const Index known = memory.known_face[slot];
+  if (known >= 0) node.known_normal = mean_normal(corners(step.master, known, step.master_body.start));
+  if (node.face >= 0)
+    node.normal = node.face == known ? node.known_normal : mean_normal(corners(step.master, node.face, step.master_body.start));
+  node.lift = std::max(0.0, memory.offset[slot]);
+  return node;
+}
+
 void detect_node(const Step& step, Index slot, PairMemory& memory, std::vector<Hit>& hits, ContactList& points) {
   const CandidateList& list = memory.grid.candidates;
-  Touch touch{memory.face[slot]};
-  if (touch.face >= 0) touch.normal = mean_normal(corners(step.master, touch.face, step.master_body.start));
+  if (list.first[slot] == list.first[slot + 1]) return;
+  const Node node = node_of(step, slot, memory);
   hits.clear();
   Hit hit;
   for (Index k = list.first[slot]; k < list.first[slot + 1]; ++k)
-    if (meets(step, slot, list.target[k], touch, hit)) hits.push_back(hit);
+    if (meets(step, node, list.target[k], hit)) hits.push_back(hit);
   if (hits.empty()) return;
   std::stable_sort(hits.begin(), hits.end(), better);
-  const Hit& best = hits.front();
-  const double size = step.master.sizes[best.face];
-  if (step.initial || (touch.face < 0 && best.start_gap < -step.options.kept_depth * size))
-    keep_overlap(slot, best.start_gap, step.initial, memory);
+  const double start_gap = hits.front().start_gap;
+  // Found behind a face that it has not come through: left where it is, not thrown out
+  if (step.initial || (node.face < 0 && start_gap < 0)) keep_overlap(slot, start_gap, step.initial, memory);
   std::size_t n_held = 0;  // the hits that hold come first
   for (std::size_t i = 0; i < hits.size(); ++i) {
     const auto also = [&](const Hit& first) { return holds_too(step, first, hits[i]); };
     if (!std::all_of(hits.begin(), hits.begin() + static_cast<std::ptrdiff_t>(n_held), also)) continue;
-    add_point(step, slot, hits[i], memory, points);
+    add_point(step, node, hits[i], memory.offset[slot], points);
     std::swap(hits[n_held++], hits[i]);
   }
 }
@@ -191,7 +212,7 @@ void detect_node(const Step& step, Index slot, PairMemory& memory, std::vector<H
 }  // namespace
 
 void start_memory(Index n, PairMemory& memory) {
-  if (memory.offset.size() != n) memory.offset.setZero(n), memory.face.assign(n, -1);
+  if (memory.offset.size() != n) memory.offset.setZero(n), memory.face.assign(n, -1), memory.known_face.assign(n, -1);
 }
 
 double contact_reach(double size, double motion, bool initial, const PairMemory& memory) {
@@ -218,7 +239,9 @@ void detect(const ContactSurface& slave, const ContactBody& slave_body, const Co
   fill_boxes(step, memory);
   find_candidates(memory.node_boxes, memory.face_boxes, memory.grid);
   std::vector<Hit> hits;
+  const std::size_t before = list.points.size();
   for (Index slot = 0; slot < n; ++slot) detect_node(step, slot, memory, hits, list);
+  if (list.points.size() == before) std::fill(memory.known_face.begin(), memory.known_face.end(), -1);
 }
 
 void remember(const ContactList& list, std::size_t first, std::size_t last, const Points& end_gap, const Points& impulse,
@@ -231,7 +254,7 @@ void remember(const ContactList& list, std::size_t first, std::size_t last, cons
     const Index row = static_cast<Index>(i);
     const double gap = end_gap(row, 0);
     if (memory.face[point.slot] < 0 && (impulse(row, 0) > 0 || gap < closed))
-      memory.face[point.slot] = std::max<Index>(point.face, 0);
+      memory.face[point.slot] = memory.known_face[point.slot] = std::max<Index>(point.face, 0);
     memory.impulse.row(point.slot) += impulse.row(row) * point.frame;
     // The gap counts from the offset: what has opened stays open. The offset is that of the node's first face
     double& offset = memory.offset[point.slot];

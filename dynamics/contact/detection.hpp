@@ -16,15 +16,18 @@ struct DetectionOptions {
   // A node this far off a face still counts as over it: matching surfaces whose edges coincide stay in contact at their edges
   // although they slip a little (2 % of a face at the rim of the paper's blocks, which are strained by 7 %).
   double edge_tolerance = 0.05;
+  // The same for a node that has not touched a face that looks this way since the bodies were apart: it is to pass by.
+  double new_edge_tolerance = 1e-3;
   // A node that was not in contact may start a step this deep and still be caught; deeper, it is on the other side of a thin body.
   double late_depth = 0.05;
-  // A node that starts deeper than this without having been in contact is held where it is instead of being thrown out.
+  // A node that starts less deep than this behind a face may be just beside it, within the edge tolerances.
   double kept_depth = 1e-3;
 };
 
 // What a pair remembers from step to step, per slave node (in the order of the slave surface's nodes).
 struct PairMemory {
-  std::vector<Index> face;  // master face it touched in the last step, or -1
+  std::vector<Index> face;        // master face it touched in the last step, or -1
+  std::vector<Index> known_face;  // the one that it touched last since the bodies were apart, or -1
   // Distance that counts as closed: < 0: overlap that is left as it is; > 0: an initial gap that was adjusted.
   Vector offset;
   Points impulse;       // of the last step, scene axes: where the solver starts from

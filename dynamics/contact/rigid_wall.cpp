@@ -141,7 +141,7 @@ Vector3 RigidWall::entry(const Vector3& x0, const Vector3& x1) const {
 }
 
 void detect_wall(const ContactSurface& slave, const ContactBody& slave_body, const RigidWall& wall, bool initial,
-                 const DetectionOptions& options, PairMemory& memory, ContactList& list) {
+                 PairMemory& memory, ContactList& list) {
   const Index n = static_cast<Index>(slave.nodes.size());
   start_memory(n, memory);
   double way2 = 0;
@@ -161,7 +161,7 @@ void detect_wall(const ContactSurface& slave, const ContactBody& slave_body, con
       end = start + normal.dot(x1 - x0);
     }
     if (end > reach) continue;
-    if (initial || (memory.face[slot] < 0 && start < -options.kept_depth * slave.size)) keep_overlap(slot, start, initial, memory);
+    if (initial || (memory.face[slot] < 0 && start < 0)) keep_overlap(slot, start, initial, memory);
     ContactPoint point;
     point.frame = contact_frame(normal);
     point.gap[0] = end - memory.offset[slot];

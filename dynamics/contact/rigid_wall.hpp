@@ -34,6 +34,6 @@ class RigidWall {
 // step, or found there without having touched it, keep that overlap. Arguments as for detect(); memory.face is 0 for nodes that
 // touched in the last step.
 void detect_wall(const ContactSurface& slave, const ContactBody& slave_body, const RigidWall& wall, bool initial,
-                 const DetectionOptions& options, PairMemory& memory, ContactList& list);
+                 PairMemory& memory, ContactList& list);
 
 }  // namespace cbr

@@ -19,7 +19,7 @@
 
 namespace cbr::test {
 
-// A block from the origin, with sidesets x_min and x_max.
+// A block from the origin, with sidesets x_min and x_max, and surface: all six faces.
 inline Mesh brick(std::array<Index, 3> n, const Vector3& size) {
   Mesh mesh;
   mesh.coordinates.resize((n[0] + 1) * (n[1] + 1) * (n[2] + 1), 3);
@@ -33,7 +33,7 @@ inline Mesh brick(std::array<Index, 3> n, const Vector3& size) {
   Block block;
   block.name = "block", block.id = 1, block.type = ElementType::hex8;
   block.connectivity.resize(n[0] * n[1] * n[2], 8);
-  Sideset minimum{"x_min", 1, {}}, maximum{"x_max", 2, {}};
+  Sideset minimum{"x_min", 1, {}}, maximum{"x_max", 2, {}}, all{"surface", 3, {}};
   Index e = 0;
   for (Index k = 0; k < n[2]; ++k) {
     for (Index j = 0; j < n[1]; ++j) {
@@ -43,11 +43,14 @@ inline Mesh brick(std::array<Index, 3> n, const Vector3& size) {
         block.element_ids.push_back(e + 1);
         if (i == 0) minimum.sides.push_back({0, e, 4});         // Exodus: side 4 is nodes 1 5 8 4
         if (i == n[0] - 1) maximum.sides.push_back({0, e, 2});  // side 2 is nodes 2 3 7 6
+        const std::array<bool, 6> outer{j == 0, i == n[0] - 1, j == n[1] - 1, i == 0, k == 0, k == n[2] - 1};
+        for (int side = 1; side <= 6; ++side)
+          if (outer[side - 1]) all.sides.push_back({0, e, side});
       }
     }
   }
   mesh.blocks.push_back(block);
-  mesh.sidesets = {minimum, maximum};
+  mesh.sidesets = {minimum, maximum, all};
   return mesh;
 }
 

@@ -165,7 +165,7 @@ Nodes nodes(const Points& start, const Points& end) {
 
 ContactList detect_once(const Nodes& s, const WallOptions& options, bool initial, PairMemory& memory) {
   ContactList list;
-  detect_wall(s.surface, s.body, RigidWall(options), initial, {}, memory, list);
+  detect_wall(s.surface, s.body, RigidWall(options), initial, memory, list);
   return list;
 }
 
