@@ -26,7 +26,7 @@ struct Hit {
   // When the node went through the face, as a share of the step; not above 0: it was behind it at the start, by this share of the
   // face's size. The last face that a node goes through is the one by which it enters a convex body.
   double entry = 0;
-  bool over_now = false, over_at_end = false;
+  bool over_now = false, over_at_end = false, nearly_over = false;
   bool same = false;     // it is the face that the node touched in the last step
   bool follows = false;  // looks the same way as the face that the node touched in the last step
   Index face = 0;
@@ -105,6 +105,24 @@ void touch_where_it_is(const Projection& now, const FaceCorners& end, const Vect
   point.distance = now.normal.dot(x_end - foot);
 }
 
+// Whether it is over the moving face when it goes through; the time of that is found by regula falsi, so that a ridge between two
+// faces has no gap.
+bool passes_through(const FaceCorners& start, const FaceCorners& end, bool triangle, const Node& node, Hit& hit, double size,
+                    double edge) {
+  double t0 = 0, t1 = 1, d0 = hit.start_gap, d1 = hit.end_gap, outside = 0;
+  for (int iteration = 0; iteration < 8; ++iteration) {
+    const double t = t0 + (t1 - t0) * d0 / (d0 - d1);
+    FaceCorners at;
+    for (int a = 0; a < 4; ++a) at[a] = (1 - t) * start[a] + t * end[a];
+    const Projection p = project(at, triangle, (1 - t) * node.start + t * node.end);
+    const double d = p.distance - node.lift;
+    hit.entry = t, outside = p.outside;
+    if (std::abs(d) <= 1e-9 * size) break;
+    (d > 0 ? t0 : t1) = t, (d > 0 ? d0 : d1) = d;
+  }
+  return outside <= edge;
+}
+
 // Whether the node came through the face during the step, or touches or nears it; fills `hit`.
 bool meets(const Step& step, const Node& node, Index face, Hit& hit) {
   const bool triangle = is_triangle(step.master, face);
@@ -120,6 +138,7 @@ bool meets(const Step& step, const Node& node, Index face, Hit& hit) {
   const double edge = known ? step.options.edge_tolerance : step.options.new_edge_tolerance;
   hit.over_now = before.outside <= step.options.new_edge_tolerance;
   hit.over_at_end = hit.end.outside <= edge;
+  hit.nearly_over = hit.end.outside <= step.options.edge_tolerance;
   hit.same = node.face == face;
   hit.follows = node.face >= 0 && before.normal.dot(node.normal) >= same_side;
   if (hit.follows && before.outside <= edge) touch_where_it_is(before, end, node.end, hit.end);
@@ -128,12 +147,7 @@ bool meets(const Step& step, const Node& node, Index face, Hit& hit) {
   if (hit.start_gap <= 0) return held_from_behind(step, before, hit, size, edge) && (hit.end_gap < 0 || hit.over_at_end);
   hit.entry = 1;
   if (hit.end_gap >= 0) return hit.over_at_end;
-  // Where it goes through the moving face
-  const double t = hit.start_gap / (hit.start_gap - hit.end_gap);
-  hit.entry = t;
-  FaceCorners at;
-  for (int a = 0; a < 4; ++a) at[a] = (1 - t) * start[a] + t * end[a];
-  return project(at, triangle, (1 - t) * node.start + t * node.end).outside <= edge;
+  return passes_through(start, end, triangle, node, hit, size, edge);
 }
 
 // Which face holds a node first: the one that it touches, until it is off its edge and over the next one. Entries are rounded, so
@@ -150,7 +164,7 @@ bool better(const Hit& a, const Hit& b) {
 // Whether a node that `first` holds is to be held by `second` too: in a concave corner. At a convex edge a node that is behind both
 // faces came in by one of them; the other then holds it only when the first does nothing against what this step does to it.
 bool holds_too(const Step& step, const Hit& first, const Hit& second) {
-  if (!second.over_at_end || second.end_gap >= 0 || second.end.normal.dot(first.end.normal) >= same_side) return false;
+  if (!second.nearly_over || second.end_gap >= 0 || second.end.normal.dot(first.end.normal) >= same_side) return false;
   const Vector3 between = centre(corners(step.master, second.face, step.master_body.end)) -
                           centre(corners(step.master, first.face, step.master_body.end));
   if (first.end.normal.dot(between) > 0 && second.end.normal.dot(between) < 0)

@@ -52,7 +52,7 @@ void search(Simulation& sim, Index p, bool back, bool initial, const ContactStat
   if (pair.law.law == ContactLaw::tied) {
     collect_ties(pair, state, group.list);
   } else if (pair.wall) {
-    detect_wall(slave, slave_body, *pair.wall, initial, sim.detection, memory, group.list);
+    detect_wall(slave, slave_body, *pair.wall, initial, memory, group.list);
   } else if (pair.formulation == Formulation::mortar) {
     detect_mortar(slave, slave_body, master, master_body, initial, sim.detection, memory, group.list);
   } else {

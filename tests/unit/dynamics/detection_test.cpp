@@ -48,9 +48,21 @@ ContactList run(const Patch& slave, const Patch& master, PairMemory& memory, boo
 
 TEST(Detection, MatchingFacesKeepTheirEdgeNodes) {
   Patch top = patch(4, 0.01, false), bottom = patch(4, 0, true);
-  move(top, Vector3(0.004, 0.003, -0.02));  // 2 % of a face is 0.005
+  // They meet, and slip by 2 % of a face (0.005) in later steps
   PairMemory memory;
-  const auto list = run(top, bottom, memory);
+  move(top, Vector3(0, 0, -0.02));
+  ContactList list = run(top, bottom, memory);
+  ASSERT_EQ(list.points.size(), 25u);
+  remember(list, 0, 25, Points::Zero(25, 3), Points::Ones(25, 3), 1e-6, memory);
+  top.body.start = top.body.end, top.body.start.col(2).setZero();
+  move(top, Vector3(0.004, 0.003, -0.01));
+  list = run(top, bottom, memory);
+  ASSERT_EQ(list.points.size(), 25u);
+  // They lose touch for a step, but do not go apart
+  remember(list, 0, 25, Points::Ones(25, 3), Points::Zero(25, 3), 1e-6, memory);
+  top.body.start = top.body.end, top.body.start.col(2).setConstant(1e-4);
+  move(top, Vector3(0.001, 0, -0.0101));
+  list = run(top, bottom, memory);
   EXPECT_EQ(list.points.size(), 25u);
   for (const auto& c : list.points) {
     EXPECT_NEAR(c.gap[0], -0.01, 1e-12);
@@ -60,6 +72,18 @@ TEST(Detection, MatchingFacesKeepTheirEdgeNodes) {
       (list.terms[t].coefficient > 0 ? slave : master) += list.terms[t].coefficient;
     EXPECT_EQ(slave, 1);
     EXPECT_NEAR(master, -1, 1e-14);
+  }
+}
+
+// Beside the rim by 0.4 % of a face: a body that has not touched flies past, one that slides there is still held.
+TEST(Detection, WhatPassesCloseByIsNotCaught) {
+  Patch top = patch(2, 0.01, false), bottom = patch(2, 0, true);
+  top.body.start.col(0).array() += 1.002;
+  PairMemory memory;
+  for (int step = 0; step < 4; ++step) {
+    move(top, Vector3(0, 0, -0.02));
+    EXPECT_TRUE(run(top, bottom, memory, step == 0).empty()) << step;
+    top.body.start = top.body.end;
   }
 }
 
@@ -238,8 +262,11 @@ TEST(Detection, AgreesWithBruteForceOnRoughSurfaces) {
       double found = 1e300;
       for (const auto& c : list.points)
         if (c.slot == i) found = std::min(found, c.gap[0]);
+      // A node that comes in beside the sheet has not come through it
+      const Vector3 start = top.body.start.row(i).transpose();
+      const bool beside = start.head<2>().minCoeff() < 0.002 || start.head<2>().maxCoeff() > 0.998;
       // At a ridge the face that it came through and the one that it is nearest to may differ by the roughness.
-      if (nearest < 0) {
+      if (nearest < 0 && !beside) {
         EXPECT_NEAR(found, nearest, 0.01);
       }
     }
