@@ -144,7 +144,7 @@ struct TimeOptions {
 struct OutputOptions {
   double every = 0;  // 0: every step
   std::vector<SurfaceName> history;
-  std::vector<std::string> fields;  // displacement | velocity | stress
+  std::vector<std::string> fields;  // displacement | velocity | stress | contact_pressure
   SourceLine source;
 };
 

@@ -133,8 +133,10 @@ void parse_output(const SceneNode& node, Scene& scene) {
   }
   if (const auto* fields = map.find("fields")) {
     for (const auto& item : fields->list_or_one()) {
-      scene.output.fields.push_back(
-          item.one_of<std::string>({{"displacement", "displacement"}, {"velocity", "velocity"}, {"stress", "stress"}}));
+      scene.output.fields.push_back(item.one_of<std::string>({{"displacement", "displacement"},
+                                                              {"velocity", "velocity"},
+                                                              {"stress", "stress"},
+                                                              {"contact_pressure", "contact_pressure"}}));
     }
     fields->names();  // none twice
   }

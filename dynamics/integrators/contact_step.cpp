@@ -169,8 +169,20 @@ void book_pair(const Group& group, const Search& of, const EnforcementResult& re
   }
 }
 
-void book(Simulation& sim, const Group& group, const EnforcementResult& result, const ContactState& state,
-          ContactOutcome& outcome) {
+// The normal impulses on the nodes, slave and master.
+void book_pressure(const Group& group, const Search& of, const EnforcementResult& result, ContactState& state) {
+  for (auto i = of.first; i < of.last; ++i) {
+    const ContactPoint& point = group.list.points[i];
+    const Vector3 impulse = result.p(static_cast<Index>(i), 0) * point.normal();
+    for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {
+      const ContactTerm& term = group.list.terms[t];
+      Points& sum = state.normal_since_output[term.body];
+      if (sum.rows() > 0) sum.row(term.node) += term.coefficient * impulse.transpose();
+    }
+  }
+}
+
+void book(Simulation& sim, const Group& group, const EnforcementResult& result, ContactState& state, ContactOutcome& outcome) {
   for (const Search& of : group.searches) sim.pairs[of.pair].area = 0;
   for (const Search& of : group.searches) {
     ContactPair& pair = sim.pairs[of.pair];
@@ -180,6 +192,7 @@ void book(Simulation& sim, const Group& group, const EnforcementResult& result, 
     pair.recent_residual = std::max(pair.recent_residual, result.residual);
     pair.n_fallbacks += result.fallback;
     if (pair.law.law == ContactLaw::tied) continue;
+    book_pressure(group, of, result, state);
     remember(group.list, of.first, of.last, result.gap, result.p, 1e-6 * pair.master.size, *of.memory);
   }
 }
@@ -263,10 +276,11 @@ void solve_group(Simulation& sim, const std::vector<Index>& pairs, double h, boo
 ContactState start_contact(const Simulation& sim) {
   ContactState state;
   const std::size_t n = sim.contact_nodes.size();
-  state.bodies.resize(n), state.masses.resize(n), state.impulses_since_output.resize(n);
+  state.bodies.resize(n), state.masses.resize(n), state.impulses_since_output.resize(n), state.normal_since_output.resize(n);
   for (std::size_t b = 0; b < n; ++b) {
     state.bodies[b].impulses.setZero(static_cast<Index>(sim.contact_nodes[b].nodes.size()), 3);
     state.impulses_since_output[b] = state.bodies[b].friction = state.bodies[b].impulses;
+    if (sim.contact_nodes[b].areas.size() > 0) state.normal_since_output[b] = state.bodies[b].impulses;
   }
   for (const ContactPair& pair : sim.pairs) {
     if (pair.enforcement != Enforcement::nodal) continue;

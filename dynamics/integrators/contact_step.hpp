@@ -15,6 +15,7 @@ struct ContactState {
   std::vector<Points> masses;                 // row-sum masses, where a nodal pair needs them, else empty
   std::map<Index, ImpulseMemory> islands;     // by the first pair of the island
   std::vector<Points> impulses_since_output;  // per contact body
+  std::vector<Points> normal_since_output;    // likewise, without friction and ties, where nodal pressures are wanted, else empty
 };
 
 struct ContactOutcome {

@@ -45,6 +45,11 @@ struct ContactNodes {
   Index body = 0;            // index into Simulation::bodies
   Index set = 0;             // Body::track
   std::vector<Index> nodes;  // the body's, ascending
+  // When nodal pressures are wanted, else empty; of each node, undeformed, scene axes: its share of the contact faces' areas as the
+  // sum of their outward vectors, and as the sum of their magnitudes
+  Points area_vectors;
+  Vector areas;
+  Vector pressure;  // normal force per area, mean since the last output
 };
 
 // A surface whose mean motion and contact force are written.

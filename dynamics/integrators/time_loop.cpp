@@ -180,6 +180,7 @@ class TimeLoop {
     record_monitors(interval);
     record_energy();
     record_pairs(interval);
+    record_pressure(interval);
     check_finite(t);
     if (options_.on_output) options_.on_output(step, t);
   }
@@ -202,6 +203,25 @@ class TimeLoop {
       active += static_cast<double>(outcome_.active[p]);
     }
     result_.active.push_back(active);
+  }
+
+  // Over the area that faces the impulse: where a node lies on an edge, the faces beside it do not count. Near right angles to all
+  // of them (a corner that slides along a wall) a share of their sum bounds the pressure.
+  void record_pressure(double interval) {
+    constexpr double least_share = 0.2;
+    for (std::size_t c = 0; c < sim_.contact_nodes.size(); ++c) {
+      ContactNodes& nodes = sim_.contact_nodes[c];
+      Points& impulses = state_.normal_since_output[c];
+      if (impulses.rows() == 0) continue;
+      nodes.pressure.setZero(impulses.rows());
+      for (Index i = 0; i < impulses.rows() && interval > 0; ++i) {
+        const double J = impulses.row(i).norm();
+        if (J == 0) continue;
+        const double area = std::max(-impulses.row(i).dot(nodes.area_vectors.row(i)) / J, least_share * nodes.areas[i]);
+        if (area > 0) nodes.pressure[i] = J / (area * interval);
+      }
+      impulses.setZero();
+    }
   }
 
   void record_monitors(double interval) {

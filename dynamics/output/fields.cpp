@@ -215,6 +215,14 @@ Matrix FieldWriter::stresses(const FieldGrid& grid, const Points& u) const {
   return out;
 }
 
+// p x 1: on contact nodes, 0 elsewhere.
+Matrix FieldWriter::pressures(const FieldGrid& grid) const {
+  Matrix out = Matrix::Zero(grid.points.rows(), 1);
+  for (const ContactNodes& contact : built_.simulation.contact_nodes)
+    if (contact.body == grid.instance) out(contact.nodes, 0) = contact.pressure;
+  return out;
+}
+
 void FieldWriter::add(double t) {
   const std::string step = step_group(times_.size());
   for (std::size_t g = 0; g < grids_.size(); ++g) {
@@ -222,6 +230,7 @@ void FieldWriter::add(double t) {
     const std::string group = step + std::to_string(g) + "/";
     if (wanted("displacement")) heavy_->write(group + "displacement", motion.u);
     if (wanted("velocity")) heavy_->write(group + "velocity", motion.v);
+    if (wanted("contact_pressure")) heavy_->write(group + "contact_pressure", pressures(grids_[g]));
     if (wanted("stress") && grids_[g].block) heavy_->write(group + "stress", stresses(grids_[g], motion.u));
   }
   times_.push_back(t);
@@ -241,12 +250,19 @@ void FieldWriter::commit() {
           << "\" NumberOfElements=\"" << e << "\">" << item(heavy_name_, grid_group(g) + "cells", e, grid.cells.cols(), true)
           << "</Topology>\n<Geometry GeometryType=\"XYZ\">" << item(heavy_name_, grid_group(g) + "points", n, 3, false)
           << "</Geometry>\n";
-      for (const std::string field : {"displacement", "velocity", "stress"}) {
-        const bool stress = field == "stress";
+      for (const std::string field : {"displacement", "velocity", "stress", "contact_pressure"}) {
+        const bool stress = field == "stress", scalar = field == "contact_pressure";
         if (!wanted(field) || (stress && !grid.block)) continue;
-        out << "<Attribute Name=\"" << field << "\" AttributeType=\"" << (stress ? "Tensor6" : "Vector") << "\" Center=\""
-            << (stress ? "Cell" : "Node") << "\">"
-            << item(heavy_name_, step_group(step) + std::to_string(g) + "/" + field, stress ? e : n, stress ? 6 : 3, false)
+        out << "<Attribute Name=\"" << field << "\" AttributeType=\""
+            << (stress   ? "Tensor6"
+                : scalar ? "Scalar"
+                         : "Vector")
+            << "\" Center=\"" << (stress ? "Cell" : "Node") << "\">"
+            << item(heavy_name_, step_group(step) + std::to_string(g) + "/" + field, stress ? e : n,
+                    stress   ? 6
+                    : scalar ? 1
+                             : 3,
+                    false)
             << "</Attribute>\n";
       }
       out << "</Grid>\n";

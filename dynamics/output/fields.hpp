@@ -30,7 +30,7 @@ struct FieldGrid {
 // Writes RESULTS.xdmf and RESULTS.fields.h5 beside the results file. Nothing is left behind without commit().
 class FieldWriter {
  public:
-  // `fields`: displacement, velocity, stress. Says on the report what cannot be shown.
+  // `fields`: displacement, velocity, stress, contact_pressure. Says on the report what cannot be shown.
   FieldWriter(const Scene& scene, const BuiltScene& built, const std::filesystem::path& results, Report& report);
   void add(double t);  // the state of the bodies now
   void commit();       // RunError when the disk refuses
@@ -42,6 +42,7 @@ class FieldWriter {
   };
   Motion motion_of(const FieldGrid& grid) const;
   void add_instance_grids(const Scene& scene, Index instance, Report& report);
+  Matrix pressures(const FieldGrid& grid) const;
   Matrix stresses(const FieldGrid& grid, const Points& u) const;
   bool wanted(const std::string& field) const;
 

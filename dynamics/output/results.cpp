@@ -49,6 +49,9 @@ void write_contact(Hdf5Writer& file, const Simulation& simulation, const RunResu
     file.write(group + "active", result.pairs[p].active);
     file.write(group + "penetration", result.pairs[p].penetration);
     file.write(group + "residual", result.pairs[p].residual);
+    file.write(group + "area", result.pairs[p].area);
+    file.write(group + "force", points(result.pairs[p].force));
+    file.write(group + "center_of_pressure", points(result.pairs[p].center_of_pressure));
   }
 }
 
@@ -59,7 +62,7 @@ void write_results(const std::filesystem::path& path, const Simulation& simulati
   const auto start = Clock::now();
   Hdf5Writer file(path);
   file.attribute("/", "format", std::string("cbr-results"));
-  file.attribute("/", "format_version", std::string("1.0"));
+  file.attribute("/", "format_version", std::string("1.1"));
   file.attribute("/", "generator", std::string("cbr-dyn ") + version());
   Index n_dofs = 0;
   for (const auto& body : simulation.bodies) n_dofs += body->n_dofs();

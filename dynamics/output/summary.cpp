@@ -4,6 +4,7 @@
 #include <numbers>
 #include <sstream>
 
+#include "common/scene_words.hpp"
 #include "dynamics/output/results.hpp"
 
 namespace cbr {
@@ -51,23 +52,54 @@ void step_lines(const BuiltScene& built, const RunResult& result, Report& report
   report.line(line.str());
 }
 
-void contact_lines(const BuiltScene& built, Report& report) {
-  for (const ContactPair& pair : built.simulation.pairs) {
-    std::ostringstream line;
-    line.precision(3);
-    line << "contact " << pair.name << ": " << pair.slave.nodes.size() << " slave nodes of " << pair.slave.name
-         << ", largest penetration " << pair.penetration << ", complementarity residual " << pair.residual;
-    if (pair.n_fallbacks > 0) line << ", active set fell back in " << pair.n_fallbacks << " steps";
-    report.line(line.str());
-    if (pair.memory.initial_overlap > 1e-6 * pair.master.size) {
-      std::ostringstream warning;
-      warning << "contact " << pair.name << ": the surfaces overlap by " << pair.memory.initial_overlap
-              << " at the start; nodes that overlapped were held where they were, not pushed out";
-      report.warning(warning.str());
-    }
-    if (pair.enforcement != Enforcement::penalty && pair.residual > 1e-6)
-      report.warning("contact " + pair.name + ": not all gaps could be closed or opened (complementarity residual above 1e-6)");
+double initial_overlap(const ContactPair& pair) { return std::max(pair.memory.initial_overlap, pair.back.initial_overlap); }
+double initial_gap(const ContactPair& pair) { return std::min(pair.memory.initial_gap, pair.back.initial_gap); }
+
+std::string contact_line(const ContactPair& pair) {
+  std::ostringstream line;
+  line.precision(3);
+  line << "contact " << pair.name << ": " << pair.slave.nodes.size() << " slave nodes of " << pair.slave.name;
+  if (pair.law.law == ContactLaw::tied) line << ", " << pair.ties.points.size() << " points tied";
+  line << ", " << word_of(formulation_words, pair.formulation) << ", " << word_of(enforcement_words, pair.enforcement);
+  if (pair.law.law == ContactLaw::coulomb) line << ", friction " << pair.law.friction;
+  if (pair.damping > 0) line << ", damping " << pair.damping;
+  line << "; largest area in contact " << pair.largest_area;
+  if (pair.law.law != ContactLaw::tied) line << ", largest penetration " << pair.penetration;
+  if (pair.enforcement == Enforcement::impulse) line << ", residual " << pair.residual;
+  if (initial_overlap(pair) > 0) line << "; initial overlap " << initial_overlap(pair);
+  if (std::isfinite(initial_gap(pair))) line << "; initial gap " << initial_gap(pair);
+  if (pair.n_fallbacks > 0) line << "; active set fell back in " << pair.n_fallbacks << " steps";
+  return line.str();
+}
+
+void contact_warnings(const ContactPair& pair, Report& report) {
+  const double overlap = initial_overlap(pair);
+  if (overlap > std::max(1e-6 * pair.master.size, pair.adjust.value_or(0))) {
+    std::ostringstream warning;
+    warning.precision(3);
+    warning << "contact " << pair.name << ": the surfaces overlap by " << overlap
+            << " at the start; nodes that overlapped were held where they were, not pushed out";
+    report.warning(warning.str());
   }
+  if (pair.enforcement != Enforcement::penalty && pair.residual > 1e-6)
+    report.warning("contact " + pair.name + ": not all gaps could be closed or opened (complementarity residual above 1e-6)");
+}
+
+// Of many pairs only those that met.
+void contact_lines(const BuiltScene& built, Report& report) {
+  constexpr std::size_t many = 10;
+  const auto& pairs = built.simulation.pairs;
+  std::size_t n_apart = 0;
+  for (const ContactPair& pair : pairs) {
+    const bool apart = pair.largest_area == 0 && initial_overlap(pair) == 0;
+    if (pairs.size() > many && apart) {
+      ++n_apart;
+    } else {
+      report.line(contact_line(pair));
+    }
+    contact_warnings(pair, report);
+  }
+  if (n_apart > 0) report.line("contact: " + std::to_string(n_apart) + " more pairs that never met");
 }
 
 }  // namespace

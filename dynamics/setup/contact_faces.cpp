@@ -65,6 +65,14 @@ void turn_over(IndexTable& faces) {
   }
 }
 
+void join_faces(const IndexTable& faces, IndexTable& all) {
+  Seen seen;
+  Surface both;
+  both.faces.resize(all.rows() + faces.rows(), 4);
+  both.faces << all, faces;
+  all = unseen(both, seen).faces;
+}
+
 std::vector<Index> nodes_of(const IndexTable& faces) {
   std::vector<Index> nodes(faces.data(), faces.data() + faces.size());
   std::sort(nodes.begin(), nodes.end());

@@ -19,6 +19,9 @@ bool has_faces(const Geometry& geometry);
 // A mirror turns faces inside out: (a b c d) -> (a d c b), a triangle (a b c c) -> (a c b b).
 void turn_over(IndexTable& faces);
 
+// Those of `faces` that are not in `all` yet are added to it; a face is its nodes, whichever way it is turned.
+void join_faces(const IndexTable& faces, IndexTable& all);
+
 // Ascending, each once.
 std::vector<Index> nodes_of(const IndexTable& faces);
 

@@ -192,6 +192,33 @@ std::map<Index, Index> add_contact_nodes(const std::vector<Entry>& entries, Side
   return contact_of_instance;
 }
 
+// What nodal pressures are measured by.
+void fill_areas(const std::vector<Entry>& entries, const std::map<Index, Index>& contact_of_instance, Sides& sides,
+                Simulation& sim) {
+  std::map<Index, IndexTable> faces;  // by instance
+  for (const Entry& entry : entries) {
+    join_faces(sides.faces(entry.first, {}), faces[entry.first.instance]);
+    if (!entry.wall) join_faces(sides.faces(entry.second, {}), faces[entry.second.instance]);
+  }
+  for (const auto& [instance, table] : faces) {
+    ContactNodes& contact = sim.contact_nodes[contact_of_instance.at(instance)];
+    const Points X = sim.bodies[instance]->reference_positions();
+    contact.area_vectors.setZero(static_cast<Index>(contact.nodes.size()), 3);
+    contact.areas.setZero(contact.area_vectors.rows());
+    for (Index f = 0; f < table.rows(); ++f) {
+      const int n = table(f, 2) == table(f, 3) ? 3 : 4;
+      const Vector3 d1 = X.row(table(f, 2)) - X.row(table(f, 0)), d2 = X.row(table(f, 3)) - X.row(table(f, 1));
+      const Vector3 share = d1.cross(d2) / (2 * n);
+      for (int a = 0; a < n; ++a) {
+        const Index slot = std::lower_bound(contact.nodes.begin(), contact.nodes.end(), table(f, a)) - contact.nodes.begin();
+        contact.area_vectors.row(slot) += share.transpose();
+        contact.areas[slot] += share.norm();
+      }
+    }
+    contact.pressure.setZero(contact.areas.size());
+  }
+}
+
 PointLaw law_of(const ContactOptions& options) {
   if (options.tied) return {ContactLaw::tied, 0};
   if (options.friction > 0) return {ContactLaw::coulomb, options.friction};
@@ -271,6 +298,9 @@ std::vector<ContactKind> add_contact(const Scene& scene, BuiltScene& built, Repo
       in_contact[i] = std::max(in_contact[i], its);
   }
   const auto contact_of_instance = add_contact_nodes(entries, sides, sim);
+  const auto& fields = scene.output.fields;
+  if (std::find(fields.begin(), fields.end(), "contact_pressure") != fields.end())
+    fill_areas(entries, contact_of_instance, sides, sim);
   sim.pairs.reserve(entries.size());
   const ContactOptions* warned = nullptr;  // once for all pairs of an entry
   for (const Entry& entry : entries) {

@@ -58,11 +58,14 @@ def check_contract(file):
         expected.update({f"instances/{instance}/{what}": (n, 3) for what in ("center_of_mass", "momentum", "angular_momentum")})
         expected.update({f"instances/{instance}/{what}": (n,) for what in ("kinetic_energy", "strain_energy")})
     expected.update({f"energy/{what}": (n,) for what in ("total", "work_external", "work_contact", "work_friction")})
+    pair = "contact/left.contact - right.contact"
+    expected.update({f"{pair}/{what}": (n,) for what in ("active", "area", "penetration", "residual")})
+    expected.update({f"{pair}/{what}": (n, 3) for what in ("force", "center_of_pressure")})
     for name, shape in expected.items():
         assert file[name].shape == shape, (name, file[name].shape)
         assert file[name].dtype == F or name == "contact/active", (name, file[name].dtype)
         assert np.isfinite(file[name][()]).all(), name
-    assert (file.attrs["format"], file.attrs["format_version"]) == ("cbr-results", "1.0")
+    assert (file.attrs["format"], file.attrs["format_version"]) == ("cbr-results", "1.1")
     assert file.attrs["steps"] > 0 and file.attrs["n_dofs"] > 0
     assert isinstance(file.attrs["steps"], np.integer) and isinstance(file.attrs["n_dofs"], np.integer)
     for phase in ("read", "setup", "steps", "write"):
@@ -82,6 +85,14 @@ def check_physics(file):
     assert np.abs(file["surfaces/right.contact/mean_position"][0] - [0, 0.25, 0.25]).max() < 1e-12
     active = file["contact/active"][()]
     assert active[0] == 0 and active.max() > 0 and active[-1] == 0
+    pair = file["contact/left.contact - right.contact"]
+    force = pair["force"][()]
+    assert np.abs(force - file["surfaces/left.contact/force"][()]).max() < 1e-12 * np.abs(force).max()
+    area, nodes = pair["area"][()], (CELLS[1] + 1) * (CELLS[2] + 1)
+    assert (active == nodes).any() and np.allclose(area[active == nodes], SIZE[1] * SIZE[2], rtol=1e-12)
+    assert ((area > 0) == (active > 0)).all() and area.max() < SIZE[1] * SIZE[2] * (1 + 1e-12)
+    met = np.abs(force[:, 0]) > 0
+    assert np.abs(pair["center_of_pressure"][met] - [0, 0.25, 0.25]).max() < 0.02 and not pair["center_of_pressure"][~met].any()
     assert left["momentum"][-1, 0] < 0.5 * MASS * SPEED < right["momentum"][-1, 0]
     energies = sum(body[part][()] for body in (left, right) for part in ("kinetic_energy", "strain_energy"))
     assert np.abs(file["energy/total"][()] - energies).max() < 1e-9 * energies[0]

@@ -108,8 +108,8 @@ const std::vector<Mistake> mistakes = {
     {"mirror: x", "mirror: xy", {"allowed: x, y, z"}},
     {"enforcement: penalty", "enforcement: Penalty", {"did you mean 'penalty'? allowed: impulse, penalty, nodal"}},
     {"integrator: newmark", "integrator: euler", {"allowed: exact, central-difference, newmark"}},
-    {"[displacement, stress]", "[temperature]", {"output.fields[0]", "allowed: displacement, velocity, stress"}},
-    {"[displacement, stress]", "[stress, stress]", {"'stress' is there twice"}},
+    {"[displacement, stress, contact_pressure]", "[temperature]", {"output.fields[0]", "allowed: displacement, velocity, stress"}},
+    {"[displacement, stress, contact_pressure]", "[stress, stress]", {"'stress' is there twice"}},
     // references
     {"    material: steel\n    blocks",
      "    material: stel\n    blocks",

@@ -61,7 +61,7 @@ time: {end: 1.2e-5, step: 1.0e-8, integrator: newmark, force: true}
 output:
   every: 1.0e-7
   history: [left.contact, right.contact]
-  fields: [displacement, stress]
+  fields: [displacement, stress, contact_pressure]
 )";
 
 inline std::string replaced(std::string text, const std::string& old, const std::string& with) {

@@ -88,7 +88,7 @@ TEST(Scene, everyKeyOfARunArrives) {
   EXPECT_EQ(scene.time->integrator, Integrator::newmark);
   EXPECT_EQ(scene.output.every, 1e-7);
   EXPECT_EQ(scene.output.history.at(1).text(), "right.contact");
-  EXPECT_EQ(scene.output.fields, (std::vector<std::string>{"displacement", "stress"}));
+  EXPECT_EQ(scene.output.fields, (std::vector<std::string>{"displacement", "stress", "contact_pressure"}));
 }
 
 TEST(Scene, wallsAndContactArrive) {
