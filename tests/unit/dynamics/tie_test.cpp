@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/contact/tie.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+
+#include <random>
+
+#include "tests/unit/dynamics/patch.hpp"
+
+namespace cbr {
+namespace {
+
+using test::Patch, test::patch;
+
+// A slave of body 0 over a master of body 1.
+struct Ties {
+  ContactList list;
+  Points offsets;
+  TieReport report;
+};
+
+Ties tied(Patch slave, Patch master, std::optional<double> tolerance = {}) {
+  slave.surface.body = 0, master.surface.body = 1;
+  Ties t;
+  t.report = tie_surfaces(slave.surface, slave.body.start, master.surface, master.body.start, tolerance, t.list, t.offsets);
+  return t;
+}
+
+// sum of coefficient x f(position) over a point's terms
+template <typename Field>
+Vector3 sum(const Ties& t, const ContactPoint& point, const Patch& slave, const Patch& master, const Field& field) {
+  Vector3 r = Vector3::Zero();
+  for (Index k = point.first_term; k < point.first_term + point.n_terms; ++k) {
+    const ContactTerm& term = t.list.terms[k];
+    const Points& x = (term.body == 0 ? slave : master).body.start;
+    r += term.coefficient * field(Vector3(x.row(term.node).transpose()));
+  }
+  return r;
+}
+
+TEST(Tie, EveryNodeIsTiedToWhatItLiesOn) {
+  const Patch slave = patch(7, 0.003, false), master = patch(5, 0, true);  // 5 % of a face is 0.01
+  const Ties t = tied(slave, master);
+  ASSERT_EQ(t.list.points.size(), 64u);
+  EXPECT_EQ(t.report.without_partner, 0);
+  EXPECT_NEAR(t.report.largest_offset, 0.003, 1e-15);
+  const Matrix3 A = (Matrix3() << 1, 2, 3, -1, 0.5, 0.2, 2, -3, 1).finished();
+  double area = 0;
+  for (std::size_t i = 0; i < t.list.points.size(); ++i) {
+    const ContactPoint& point = t.list.points[i];
+    EXPECT_EQ(point.frame, Matrix3::Identity());
+    EXPECT_NEAR((sum(t, point, slave, master, [](const Vector3& x) { return x; }) - Vector3(0, 0, 0.003)).norm(), 0, 1e-14);
+    EXPECT_NEAR((t.offsets.row(static_cast<Index>(i)) - Vector3(0, 0, 0.003).transpose()).norm(), 0, 1e-14);
+    // A linear field that does not see the offset is taken over exactly; so is any translation
+    const auto linear = [&](const Vector3& x) { return Vector3(A * Vector3(x[0], x[1], 1)); };
+    EXPECT_NEAR(sum(t, point, slave, master, linear).norm(), 0, 1e-13);
+    area += point.area;
+  }
+  EXPECT_NEAR(area, 1, 1e-13);
+}
+
+TEST(Tie, TheClosestFaceWithinTheTolerance) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  Patch slave = patch(9, 0.01, false, 1.3), master = patch(6, 0, true);
+  for (Index i = 0; i < slave.body.start.rows(); ++i) slave.body.start(i, 2) += 0.03 * unit(random);
+  for (Index i = 0; i < master.body.start.rows(); ++i) master.body.start(i, 2) += 0.03 * unit(random);
+  const double tolerance = 0.02;
+  const Ties t = tied(slave, master, tolerance);
+  std::vector<double> found(100, HUGE_VAL);
+  for (std::size_t i = 0; i < t.list.points.size(); ++i) found[t.list.points[i].slot] = t.offsets.row(static_cast<Index>(i)).norm();
+  Index without = 0;
+  for (Index i = 0; i < 100; ++i) {
+    double nearest = HUGE_VAL;
+    for (Index f = 0; f < 36; ++f) {
+      const FaceCorners x = corners(master.surface, f, master.body.start);
+      const Projection p = project(x, false, slave.body.start.row(i).transpose());
+      Vector3 d = slave.body.start.row(i).transpose();
+      for (int a = 0; a < 4; ++a) d -= p.weights[a] * x[a];
+      nearest = std::min(nearest, d.norm());
+    }
+    without += nearest > tolerance;
+    EXPECT_EQ(found[i], nearest <= tolerance ? nearest : HUGE_VAL);
+  }
+  EXPECT_EQ(t.report.without_partner, without);
+  EXPECT_GT(without, 20);
+  EXPECT_LT(without, 80);
+}
+
+TEST(Tie, NothingNearNothingTied) {
+  const Ties t = tied(patch(3, 1, false), patch(3, 0, true));
+  EXPECT_TRUE(t.list.empty());
+  EXPECT_EQ(t.offsets.rows(), 0);
+  EXPECT_EQ(t.report.without_partner, 16);
+}
+
+}  // namespace
+}  // namespace cbr
