@@ -1,0 +1,264 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What a step in contact costs, against the number of contact nodes: two plates of unlike meshes (n x n faces against 0.8 n x 0.8
+// n, four layers each), pressed together over all of their facing sides while the wave of their impact runs to the back and
+// returns, frictionless impulse. CSV to stdout, one row per model (mesh, superelement), formulation (node-face, mortar) and n:
+// seconds a step by phase, medians over the later half of the steps, and after each series the exponent of their growth. The
+// smallest of each series is checked against the program's own time loop. Arguments: largest number of contact nodes (of the slave
+// side; default 2100, 10000 takes minutes), the same for superelements (default 1100: their interface is dense).
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include "dynamics/contact/mortar.hpp"
+#include "dynamics/integrators/contact_step.hpp"
+#include "tests/support/scene_run.hpp"
+
+namespace {
+
+using namespace std::string_literals;
+using cbr::ContactBody;
+using cbr::ContactList;
+using cbr::ContactPair;
+using cbr::Index;
+using cbr::PointLaw;
+using cbr::Points;
+using cbr::Vector;
+using cbr::Vector3;
+
+constexpr double modulus = 2.1e11, density = 7800, side = 0.1;
+constexpr Index n_layers = 4, n_steps = 16;  // the wave is back after 2 n_layers / 0.4 = 20 steps
+
+class Clock {
+ public:
+  double lap() {
+    const auto now = std::chrono::steady_clock::now();
+    const double seconds = std::chrono::duration<double>(now - last_).count();
+    last_ = now;
+    return seconds;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+// Seconds of one step.
+struct Phases {
+  double bodies = 0, detection = 0, response = 0, solve = 0;
+  double total() const { return bodies + detection + response + solve; }
+};
+
+Phases medians(const std::vector<Phases>& steps) {
+  Phases result;
+  for (double Phases::*phase : {&Phases::bodies, &Phases::detection, &Phases::response, &Phases::solve}) {
+    std::vector<double> seconds;
+    for (const Phases& of : steps) seconds.push_back(of.*phase);
+    std::nth_element(seconds.begin(), seconds.begin() + static_cast<std::ptrdiff_t>(seconds.size() / 2), seconds.end());
+    result.*phase = seconds[seconds.size() / 2];
+  }
+  return result;
+}
+
+struct Measured {
+  Index nodes = 0, points = 0, active = 0;
+  Phases median;
+  Index timed = 0, responses = 0;  // steps that count; those of them in which W was formed anew
+  int iterations = 0;              // the most of a step
+  double residual = 0;
+};
+
+// What contact_step() does for one frictionless pair with `impulse`, with a clock between its phases.
+class Stepper {
+ public:
+  explicit Stepper(cbr::Simulation& sim) : sim_(sim), pair_(sim.pairs.at(0)), state_(cbr::start_contact(sim)) {}
+
+  Measured run() {
+    Measured result;
+    result.nodes = static_cast<Index>(pair_.slave.nodes.size());
+    const Index steps = sim_.plan.n_steps();
+    std::vector<Phases> timed;
+    for (Index step = 0; step < steps; ++step) {
+      formed_ = false;
+      const Phases phases = advance(step);
+      if (step < steps / 2) continue;
+      timed.push_back(phases);
+      result.responses += formed_;
+      result.iterations = std::max(result.iterations, solution_.iterations);
+      result.residual = std::max(result.residual, solution_.residual);
+    }
+    result.timed = static_cast<Index>(timed.size());
+    result.median = medians(timed);
+    result.points = static_cast<Index>(list_.points.size());
+    result.active = (solution_.p.array() > 0).count();
+    return result;
+  }
+
+ private:
+  Phases advance(Index step) {
+    const double h = sim_.plan.step_length(step);
+    Phases phases;
+    Clock clock;
+    for (auto& body : sim_.bodies) body->predict(sim_.plan.time(step), h);
+    for (std::size_t b = 0; b < state_.bodies.size(); ++b) {
+      const auto& nodes = sim_.contact_nodes[b];
+      sim_.bodies[nodes.body]->positions(nodes.set, state_.bodies[b].start);
+      sim_.bodies[nodes.body]->predicted_positions(nodes.set, state_.bodies[b].end);
+    }
+    phases.bodies += clock.lap();
+    detect(step == 0);
+    phases.detection += clock.lap();
+    if (!list_.empty()) {
+      respond(h);
+      phases.response += clock.lap();
+      solve();
+      phases.solve += clock.lap();
+    }
+    for (auto& body : sim_.bodies) body->accept();
+    phases.bodies += clock.lap();
+    return phases;
+  }
+
+  void detect(bool initial) {
+    list_ = ContactList();
+    const auto &a = state_.bodies[pair_.slave.body], &b = state_.bodies[pair_.master.body];
+    if (pair_.formulation == cbr::Formulation::mortar) {
+      cbr::detect_mortar(pair_.slave, a, pair_.master, b, initial, sim_.detection, pair_.memory, list_);
+    } else {
+      cbr::detect(pair_.slave, a, pair_.master, b, initial, sim_.detection, pair_.memory, list_);
+    }
+  }
+
+  // W, when the rows are not those of the last step.
+  void respond(double h) {
+    laws_.assign(list_.points.size(), pair_.law);
+    for (std::size_t b = 0; b < state_.bodies.size(); ++b) {
+      ContactBody& body = state_.bodies[b];
+      body.impulses.setZero(), body.friction.setZero();
+      if (body.response_h == h) continue;
+      body.response = sim_.bodies[sim_.contact_nodes[b].body]->response(sim_.contact_nodes[b].set, h);
+      body.response_h = h;
+    }
+    if (solver_ && h == h_ && laws_.size() == rows_.points.size() && cbr::same_rows(list_, rows_, laws_, 1e-9)) return;
+    solver_.emplace(cbr::gap_response(list_, laws_, state_.bodies), laws_);
+    rows_ = list_, h_ = h, formed_ = true;
+  }
+
+  void solve() {
+    const Index n = static_cast<Index>(list_.points.size());
+    Vector gap(n), guess = Vector::Zero(n);
+    for (Index i = 0; i < n; ++i) {
+      const auto& point = list_.points[static_cast<std::size_t>(i)];
+      gap[i] = point.gap[0];
+      if (pair_.memory.impulse.rows() > 0) guess[i] = pair_.memory.impulse.row(point.slot).dot(point.frame.row(0));
+    }
+    solution_ = solver_->solve(gap, guess);
+    Points p = Points::Zero(n, 3), end = p;
+    p.col(0) = solution_.p, end.col(0) = solution_.gap;
+    cbr::spread_impulses(list_, laws_, p, state_.bodies);
+    for (std::size_t b = 0; b < state_.bodies.size(); ++b)
+      sim_.bodies[sim_.contact_nodes[b].body]->add_impulses(sim_.contact_nodes[b].set, state_.bodies[b].impulses);
+    cbr::remember(list_, 0, list_.points.size(), end, p, 1e-6 * pair_.master.size, pair_.memory);
+  }
+
+  cbr::Simulation& sim_;
+  ContactPair& pair_;
+  cbr::ContactState state_;
+  ContactList list_, rows_;
+  std::vector<PointLaw> laws_;
+  std::optional<cbr::ContactSolver> solver_;
+  cbr::ContactSolution solution_;
+  double h_ = 0;
+  bool formed_ = false;
+};
+
+cbr::Mesh plate(Index n, double thickness) {
+  cbr::test::BlockShape shape;
+  shape.n = {n_layers, n, n};
+  shape.size = Vector3(thickness, side, side);
+  return cbr::test::block_mesh(shape);
+}
+
+std::string scene(const std::string& as, const std::string& formulation, double thickness, double h, double speed) {
+  const std::string t = cbr::test::text(thickness), end = cbr::test::text(n_steps * h), v = cbr::test::text(speed);
+  const auto component = [&](const std::string& name, const std::string& face) {
+    return "  " + name + ": {mesh: " + name + ".exo, material: steel, reduction: {interface: [" + face + "], modes: 10}}\n";
+  };
+  return "materials:\n  steel: {youngs_modulus: " + cbr::test::text(modulus) +
+         ", poissons_ratio: 0.3, density: " + cbr::test::text(density) + "}\ncomponents:\n" + component("fine", "x_max") +
+         component("coarse", "x_min") + "instances:\n  left: {component: fine, as: " + as + ", velocity: [" + v +
+         ", 0, 0]}\n  right: {component: coarse, as: " + as + ", position: [" + t + ", 0, 0], velocity: [-" + v + ", 0, 0]}\n" +
+         "contact:\n  - {between: [left.x_max, right.x_min], enforcement: impulse, formulation: " + formulation +
+         "}\ntime: {end: " + end + ", step: " + cbr::test::text(h) + "}\noutput: {every: " + end + "}\n";
+}
+
+void print(const std::string& as, const std::string& formulation, const Measured& m) {
+  std::printf("%s,%s,%td,%td,%td,%.3e,%.3e,%.3e,%.3e,%.3e,%.2f,%d,%.1e\n", as.c_str(), formulation.c_str(), m.nodes, m.points,
+              m.active, m.median.bodies, m.median.detection, m.median.response, m.median.solve, m.median.total(),
+              static_cast<double>(m.responses) / static_cast<double>(m.timed), m.iterations, m.residual);
+  std::fflush(stdout);
+}
+
+// Exponents of seconds ~ nodes^a, by least squares over the upper half of a series (the lower is overhead).
+void print_growth(const std::string& as, const std::string& formulation, const std::vector<Measured>& series) {
+  if (series.size() < 2) return;
+  const auto first = series.begin() + static_cast<std::ptrdiff_t>((series.size() - 1) / 2);
+  std::vector<double> n;
+  std::vector<std::vector<double>> seconds(5);
+  for (auto m = first; m != series.end(); ++m) {
+    n.push_back(static_cast<double>(m->nodes));
+    const double values[] = {m->median.bodies, m->median.detection, m->median.response, m->median.solve, m->median.total()};
+    for (std::size_t i = 0; i < 5; ++i) seconds[i].push_back(values[i]);
+  }
+  std::printf("growth,%s %s", as.c_str(), formulation.c_str());
+  const char* names[] = {"bodies", "detection", "response", "solve", "total"};
+  for (std::size_t i = 0; i < 5; ++i) std::printf(",%s %.2f", names[i], cbr::test::observed_order(n, seconds[i]));
+  std::printf("\n");
+}
+
+// The same scene through the program's own loop has the same motion: what was timed is what runs.
+bool same_motion(const cbr::Simulation& timed, const cbr::test::SceneFolder& folder, const std::string& yaml) {
+  const cbr::test::Ran ran = folder.run(yaml);
+  double difference = 0, scale = 0;
+  for (std::size_t b = 0; b < timed.bodies.size(); ++b) {
+    const cbr::BodyState a = timed.bodies[b]->state(), other = ran.built.simulation.bodies[b]->state();
+    difference = std::max(difference, (a.momentum - other.momentum).norm());
+    difference = std::max(difference, std::abs(a.strain_energy - other.strain_energy) / std::abs(other.strain_energy) * scale);
+    scale = std::max(scale, a.momentum.norm());
+  }
+  return difference <= 1e-9 * scale;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const Index largest = argc > 1 ? std::atol(argv[1]) : 2100, largest_reduced = argc > 2 ? std::atol(argv[2]) : 1100;
+  const double wave = std::sqrt(modulus * 1.35 / density);  // longitudinal, nu = 0.3
+  bool same = true;
+  std::printf(
+      "model,formulation,slave nodes,points,active,bodies s,detection s,response s,solve s,step s,W formed,iterations,residual\n");
+  for (const std::string as : {"mesh", "superelement"}) {
+    for (const std::string formulation : {"node-face", "mortar"}) {
+      std::vector<Measured> series;
+      for (const Index n : {9, 16, 25, 31, 44, 70, 99}) {
+        if ((n + 1) * (n + 1) > (as == "mesh" ? largest : largest_reduced)) break;
+        const double edge = side / static_cast<double>(n), thickness = n_layers * edge, h = 0.4 * edge / wave;
+        cbr::test::SceneFolder folder;
+        folder.add("fine.exo", plate(n, thickness));
+        folder.add("coarse.exo", plate((4 * n) / 5, thickness));
+        const std::string yaml = scene(as, formulation, thickness, h, 1e-3 * wave);
+        cbr::test::Ran ran = folder.prepare(yaml);
+        series.push_back(Stepper(ran.built.simulation).run());
+        print(as, formulation, series.back());
+        if (n == 9 && !same_motion(ran.built.simulation, folder, yaml)) {
+          std::printf("the program's own loop moves otherwise\n");
+          same = false;
+        }
+      }
+      print_growth(as, formulation, series);
+    }
+  }
+  return same ? 0 : 1;
+}
