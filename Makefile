@@ -6,11 +6,12 @@ PRESET ?= release
 PYTHON ?= /usr/bin/python3
 export PYTHON
 
-.PHONY: help packages configure programs build test demo install check clean
+.PHONY: help packages configure programs build test demo dissimilar install check clean
 .DEFAULT_GOAL := help
 
 help:
 	@echo "make demo      packages, build, the paper's block impact through all three programs, plots"
+	@echo "make dissimilar  the paper's second example, sphere and brick against a dense block: runs, plots, table (5 minutes)"
 	@echo "make test      packages, build, all tests"
 	@echo "make programs  the three programs, in $(BUILD)/bin"
 	@echo "make build     the programs, the tests and the benchmarks"
@@ -40,6 +41,9 @@ check:
 demo: programs
 	$(MAKE) -C tests/cases/block-impact BIN=$(abspath $(BUILD))/bin
 
+dissimilar: programs
+	$(MAKE) -C tests/cases/dissimilar-blocks all check BIN=$(abspath $(BUILD))/bin
+
 PREFIX ?= /usr/local
 install: build
 	cmake --install $(BUILD) --prefix $(PREFIX)
@@ -47,3 +51,4 @@ install: build
 clean:
 	rm -rf $(BUILD)
 	$(MAKE) -C tests/cases/block-impact clean
+	$(MAKE) -C tests/cases/dissimilar-blocks clean

@@ -1,0 +1,53 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Another scene from impact.yaml, on stdout: scene.py impact.yaml SHAPE-MODEL-CONTACT-mLEFTxRIGHT
+
+    SHAPE    sphere | brick
+    MODEL    full: finite element meshes; kN: superelements, N modes in the impactor behind its whole surface; faceN: behind its
+             side that looks at the block; bN: behind the whole surface, and N modes in the block instead of 200;
+             mixed: the block a mesh, the impactor a superelement of 200 modes
+    CONTACT  impulse | mortar | penalty | twoway (penalty) | nodal
+    LEFT     mesh level of the block; RIGHT: of the impactor
+"""
+import re
+import sys
+
+CONTACT = {"impulse": "enforcement: impulse", "mortar": "enforcement: impulse, formulation: mortar", "penalty": "enforcement: penalty",
+           "twoway": "enforcement: penalty, formulation: two-way", "nodal": "enforcement: nodal"}
+
+
+def variant(text, name):
+    found = re.fullmatch(r"(sphere|brick)-(full|mixed|(k|face|b)(\d+))-(\w+)-m(\d)x(\d)", name)
+    if not found or found[5] not in CONTACT:
+        sys.exit(f"scene.py: {name}: see --help")
+    shape, model, kind, modes, contact, left, right = found.groups()
+    of_block, of_impactor = (modes, "200") if kind == "b" else ("200", modes or "200")
+    interface = "x_max" if kind == "face" else "surface"
+    changes = [("block-1.msh", f"block-{left}.msh"), ("sphere-1.msh", f"{shape}-{right}.msh"),
+               ("modes: 200\n      superelement: block-1-200", f"modes: {of_block}\n      superelement: block-{left}-{of_block}"),
+               ("modes: 200\n      superelement: sphere-1-surface-200",
+                f"modes: {of_impactor}\n      superelement: {shape}-{right}-{interface}-{of_impactor}"),
+               ("interface: [surface]", f"interface: [{interface}]"),
+               ("enforcement: impulse", CONTACT[contact])]
+    if kind == "face":
+        changes.append(("right.contact]", "right.x_max]"))
+    if model in ("full", "mixed"):
+        changes.append(("block,    as: superelement", "block,    as: mesh"))
+    if model == "full":
+        changes.append(("impactor, as: superelement", "impactor, as: mesh"))
+    for old, new in changes:
+        if old not in text:
+            sys.exit(f"scene.py: impact.yaml has no '{old}'")
+        text = text.replace(old, new)
+    return text
+
+
+def main():
+    if len(sys.argv) != 3 or sys.argv[1].startswith("-"):
+        sys.exit(__doc__)
+    with open(sys.argv[1]) as f:
+        print(variant(f.read(), sys.argv[2]), end="")
+
+
+if __name__ == "__main__":
+    main()
