@@ -99,7 +99,7 @@ struct RunResult {
 };
 
 struct RunOptions {
-  bool jumps = true;                                    // false: every step is taken (for tests)
+  bool jumps = true;                                    // false: every step is taken and every pair looked at (for tests)
   std::function<void(Index step, double t)> on_output;  // after the bodies have arrived there
   std::function<void(double fraction)> on_progress;     // now and then
 };

@@ -44,6 +44,10 @@ class TimeLoop {
     result_.bodies.resize(sim_.bodies.size());
     result_.pairs.resize(sim_.pairs.size());
     outcome_.active.assign(sim_.pairs.size(), 0);
+    outcome_.near.assign(sim_.pairs.size(), 0);
+    bounds_.resize(current_.size());
+    bound_at_.assign(current_.size(), -1);
+    spans_.resize(current_.size());
     all_exact_ = std::all_of(sim_.bodies.begin(), sim_.bodies.end(), [](const auto& b) { return b->is_exact(); });
   }
 
@@ -110,13 +114,44 @@ class TimeLoop {
       sim_.bodies[b]->predict(t, h);
     }
     locate();
-    if (!due_.empty()) contact_step(sim_, due_, h, step == 0, state_, outcome_);
+    const bool any_due = !due_.empty();
+    if (options_.jumps) drop_far_pairs(step == 0);
+    if (any_due) contact_step(sim_, due_, h, step == 0, state_, outcome_);
     for (Index b = 0; b < static_cast<Index>(moving_.size()); ++b) {
       if (!moving_[b]) continue;
       sim_.bodies[b]->accept();
       at_[b] = step + 1;
     }
-    if (!due_.empty()) reschedule(step + 1);
+    if (any_due) reschedule(step + 1);
+  }
+
+  // Where the contact nodes of a body are in a step.
+  struct Span {
+    Box box;
+    double motion = 0;
+  };
+
+  Span span_of(const ContactBody& contact) const {
+    return {{contact.start.colwise().minCoeff().cwiseMin(contact.end.colwise().minCoeff()).transpose(),
+             contact.start.colwise().maxCoeff().cwiseMax(contact.end.colwise().maxCoeff()).transpose()},
+            (contact.end - contact.start).rowwise().norm().maxCoeff()};
+  }
+
+  // Of the due pairs, those whose bodies stay well out of each other's reach in this step need no search. A pair that had points in
+  // the last step is searched all the same, so that it forgets them.
+  void drop_far_pairs(bool initial) {
+    for (std::size_t c = 0; c < needed_.size(); ++c)
+      if (needed_[c]) spans_[c] = span_of(state_.bodies[c]);
+    const auto is_far = [&](Index p) {
+      const ContactPair& pair = sim_.pairs[p];
+      if (pair.wall || pair.law.law == ContactLaw::tied || outcome_.near[p]) return false;
+      const Span &a = spans_[pair.slave.body], &b = spans_[pair.master.body];
+      // Above every reach of a search: contact_reach() of either side's faces, with motions relative to either
+      const double size = std::max(pair.slave.sizes.maxCoeff(), pair.master.sizes.maxCoeff());
+      const Vector3 reach = Vector3::Constant((initial ? 1.5 : 0.5) * size + 2 * (a.motion + b.motion) + pair.adjust.value_or(0));
+      return !Box{a.box.lower - reach, a.box.upper + reach}.meets(b.box);
+    };
+    std::erase_if(due_, is_far);
   }
 
   // Start and predicted end of the contact nodes of the due pairs; the last step's end is this step's start.
@@ -161,16 +196,24 @@ class TimeLoop {
     due_at_[p] = step;
     if (!options_.jumps || !a.is_exact() || !b.is_exact() || pair.law.law == ContactLaw::tied) return;
     if (step > 0 && --wait_[p] > 0) return;
-    bring(sim_.contact_nodes[pair.slave.body].body, step);
-    bring(sim_.contact_nodes[pair.master.body].body, step);
     const double margin = 0.1 * pair.master.size;
-    const MotionBound bound = a.motion_bound(sim_.contact_nodes[pair.slave.body].set);
-    const double apart = pair.wall ? pair.wall->time_apart(bound, margin)
-                                   : time_apart(bound, b.motion_bound(sim_.contact_nodes[pair.master.body].set), margin);
+    const MotionBound& bound = bound_of(pair.slave.body, step);
+    const double apart =
+        pair.wall ? pair.wall->time_apart(bound, margin) : time_apart(bound, bound_of(pair.master.body, step), margin);
     const double steps = std::floor(apart / plan().h);
     due_at_[p] = step + static_cast<Index>(std::min(steps, static_cast<double>(plan().n_steps() + 1)));
     backoff_[p] = steps > 0 ? 1 : std::min<Index>(2 * backoff_[p], 8);
     wait_[p] = backoff_[p];
+  }
+
+  // Formed once in a step, however many pairs the body is in.
+  const MotionBound& bound_of(Index contact_body, Index step) {
+    bring(sim_.contact_nodes[contact_body].body, step);
+    if (bound_at_[contact_body] != step) {
+      bounds_[contact_body] = body_of(contact_body).motion_bound(sim_.contact_nodes[contact_body].set);
+      bound_at_[contact_body] = step;
+    }
+    return bounds_[contact_body];
   }
 
   void record(Index step, Index last) {
@@ -280,6 +323,9 @@ class TimeLoop {
   std::vector<Index> wait_, backoff_;  // per pair: steps until its bound is formed again; the next such wait
   std::vector<char> current_;          // per contact body: `end` is where it is now
   std::vector<char> moving_, needed_;
+  std::vector<MotionBound> bounds_;  // per contact body, of the step bound_at_
+  std::vector<Index> bound_at_;
+  std::vector<Span> spans_;  // per contact body, of this step
   std::vector<Index> due_;
   bool all_exact_ = false;
 };
