@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "dynamics/contact/broad_phase.hpp"
+#include "dynamics/contact/mortar.hpp"
 
 namespace cbr {
 namespace {
@@ -56,6 +57,12 @@ void add_tie(const ContactSurface& slave, Index slot, const ContactSurface& mast
   ties.points.push_back(point);
 }
 
+void append(const std::vector<Vector3>& found, Points& offsets) {
+  const Index before = offsets.rows();
+  offsets.conservativeResize(before + static_cast<Index>(found.size()), 3);
+  for (std::size_t i = 0; i < found.size(); ++i) offsets.row(before + static_cast<Index>(i)) = found[i].transpose();
+}
+
 }  // namespace
 
 TieReport tie_surfaces(const ContactSurface& slave, const Points& slave_positions, const ContactSurface& master,
@@ -82,9 +89,37 @@ TieReport tie_surfaces(const ContactSurface& slave, const Points& slave_position
     found.push_back(nearest.offset);
     report.largest_offset = std::max(report.largest_offset, nearest.distance);
   }
-  const Index before = offsets.rows();
-  offsets.conservativeResize(before + static_cast<Index>(found.size()), 3);
-  for (std::size_t i = 0; i < found.size(); ++i) offsets.row(before + static_cast<Index>(i)) = found[i].transpose();
+  append(found, offsets);
+  return report;
+}
+
+TieReport tie_mortar(const ContactSurface& slave, const Points& slave_positions, const ContactSurface& master,
+                     const Points& master_positions, const DetectionOptions& options, std::optional<double> tolerance,
+                     ContactList& ties, Points& offsets) {
+  ContactBody a, b;
+  a.start = a.end = slave_positions, b.start = b.end = master_positions;
+  PairMemory memory;
+  ContactList near;
+  detect_mortar(slave, a, master, b, true, options, memory, near);
+  TieReport report;
+  std::vector<Vector3> found;
+  for (ContactPoint point : near.points) {
+    const double distance = std::abs(point.start_gap + memory.offset[point.slot]);
+    if (distance > tolerance.value_or(default_share * master.size)) continue;
+    Vector3 r = Vector3::Zero();
+    const Index first = static_cast<Index>(ties.terms.size());
+    for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {
+      const ContactTerm& term = near.terms[t];
+      ties.terms.push_back(term);
+      r += term.coefficient * (term.body == slave.body ? a : b).start.row(term.node).transpose();
+    }
+    point.frame = Matrix3::Identity(), point.first_term = first;
+    ties.points.push_back(point);
+    found.push_back(r);
+    report.largest_offset = std::max(report.largest_offset, distance);
+  }
+  report.without_partner = static_cast<Index>(slave.nodes.size() - found.size());
+  append(found, offsets);
   return report;
 }
 

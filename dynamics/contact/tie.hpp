@@ -6,6 +6,7 @@
 
 #include "dynamics/contact/contact_point.hpp"
 #include "dynamics/contact/contact_surface.hpp"
+#include "dynamics/contact/detection.hpp"
 
 namespace cbr {
 
@@ -20,5 +21,10 @@ struct TieReport {
 // master's side of the offset does not turn with the body, so a couple of offset x force is lost: it is as small as the offset.
 TieReport tie_surfaces(const ContactSurface& slave, const Points& slave_positions, const ContactSurface& master,
                        const Points& master_positions, std::optional<double> tolerance, ContactList& ties, Points& offsets);
+
+// The same with the points of detect_mortar(): slave nodes whose averaged distance from the master is within `tolerance`.
+TieReport tie_mortar(const ContactSurface& slave, const Points& slave_positions, const ContactSurface& master,
+                     const Points& master_positions, const DetectionOptions& options, std::optional<double> tolerance,
+                     ContactList& ties, Points& offsets);
 
 }  // namespace cbr

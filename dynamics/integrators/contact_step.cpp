@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <sstream>
 
 #include "common/error.hpp"
 #include "dynamics/contact/mortar.hpp"
@@ -273,7 +274,32 @@ void solve_group(Simulation& sim, const std::vector<Index>& pairs, double h, boo
 
 }  // namespace
 
-ContactState start_contact(const Simulation& sim) {
+namespace {
+
+void tie_pair(Simulation& sim, ContactPair& pair, ContactState& state) {
+  for (const Index b : {pair.slave.body, pair.master.body}) {
+    const ContactNodes& nodes = sim.contact_nodes[b];
+    sim.bodies[nodes.body]->positions(nodes.set, state.bodies[b].start);
+  }
+  const Points &slave = state.bodies[pair.slave.body].start, &master = state.bodies[pair.master.body].start;
+  pair.tie_report = pair.formulation == Formulation::mortar
+                        ? tie_mortar(pair.slave, slave, pair.master, master, sim.detection, pair.adjust, pair.ties, pair.tie_offset)
+                        : tie_surfaces(pair.slave, slave, pair.master, master, pair.adjust, pair.ties, pair.tie_offset);
+  if (!pair.ties.empty()) return;
+  std::ostringstream message;
+  message << "contact " << pair.name << ": tied: no node of " << pair.slave.name << " is within ";
+  if (pair.adjust) {
+    message << *pair.adjust;
+  } else {
+    message << "5 % of a face";
+  }
+  message << " of " << pair.master.name << " at the start: give adjust a length that spans what lies between";
+  throw InputError(message.str());
+}
+
+}  // namespace
+
+ContactState start_contact(Simulation& sim) {
   ContactState state;
   const std::size_t n = sim.contact_nodes.size();
   state.bodies.resize(n), state.masses.resize(n), state.impulses_since_output.resize(n), state.normal_since_output.resize(n);
@@ -282,7 +308,8 @@ ContactState start_contact(const Simulation& sim) {
     state.impulses_since_output[b] = state.bodies[b].friction = state.bodies[b].impulses;
     if (sim.contact_nodes[b].areas.size() > 0) state.normal_since_output[b] = state.bodies[b].impulses;
   }
-  for (const ContactPair& pair : sim.pairs) {
+  for (ContactPair& pair : sim.pairs) {
+    if (pair.law.law == ContactLaw::tied) tie_pair(sim, pair, state);
     if (pair.enforcement != Enforcement::nodal) continue;
     for (const Index b : {pair.slave.body, pair.master.body}) {
       const ContactNodes& nodes = sim.contact_nodes[b];

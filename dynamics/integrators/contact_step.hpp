@@ -24,10 +24,11 @@ struct ContactOutcome {
   std::vector<Index> active;  // per pair: constraints with an impulse
 };
 
-ContactState start_contact(const Simulation& simulation);
+// Finds what tied pairs join. InputError: a nodal mass that is not positive; surfaces that are tied and nowhere near each other.
+ContactState start_contact(Simulation& simulation);
 
 // The bodies of the `due` pairs have been predicted over h and their contact nodes' start and end are filled. Adds impulses to the
-// bodies and updates `end`. RunError: a nodal mass that is not positive.
+// bodies and updates `end`.
 void contact_step(Simulation& simulation, const std::vector<Index>& due, double h, bool initial, ContactState& state,
                   ContactOutcome& outcome);
 

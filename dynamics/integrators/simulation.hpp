@@ -12,6 +12,7 @@
 #include "dynamics/contact/detection.hpp"
 #include "dynamics/contact/enforcement.hpp"
 #include "dynamics/contact/rigid_wall.hpp"
+#include "dynamics/contact/tie.hpp"
 #include "dynamics/integrators/time_plan.hpp"
 
 namespace cbr {
@@ -30,6 +31,7 @@ struct ContactPair {
   PenaltyMemory penalty;
   ContactList ties;   // tied: found at the start
   Points tie_offset;  // ties x 3, scene axes: relative positions that are kept
+  TieReport tie_report;
   // Extremes of the run, and since the last output: largest gap below 0 at the end of a step, residual of the laws
   double penetration = 0, residual = 0, recent_penetration = 0, recent_residual = 0;
   Index n_fallbacks = 0;

@@ -251,15 +251,6 @@ ContactPair pair_of(const Entry& entry, const std::map<Index, Index>& contact_of
   return pair;
 }
 
-// What the steps do not do yet: refused, so that no run is wrong.
-void refuse_what_is_missing(const Entry& entry) {
-  const ContactOptions& options = *entry.options;
-  const auto refuse = [&](const std::string& what) {
-    throw InputError(options.source.text() + ": contact: " + what + " not available yet in this version");
-  };
-  if (options.tied) refuse("'tied: true' is");
-}
-
 void warn_nodal(const ContactOptions& options, const BuiltScene& built, const ContactPair& pair, Report& report) {
   std::ostringstream text;
   text.precision(4);
@@ -292,7 +283,6 @@ std::vector<ContactKind> add_contact(const Scene& scene, BuiltScene& built, Repo
     sides.faces(entry.first, options.first.source);
     if (!entry.wall) sides.faces(entry.second, options.second.source);
     refuse_shared_nodes(entry, sides);
-    refuse_what_is_missing(entry);
     const ContactKind its = options.enforcement == Enforcement::penalty ? ContactKind::penalty : ContactKind::hard;
     for (const Index i : {entry.first.instance, entry.wall ? entry.first.instance : entry.second.instance})
       in_contact[i] = std::max(in_contact[i], its);
