@@ -167,8 +167,8 @@ void add_point(const MortarStep& step, const std::vector<FacePair>& pairs, const
     return;
   }
   const double start = gap(step.slave_body.start, step.master_body.start);
-  const bool late = memory.face[slot] < 0 && start < -step.options.kept_depth * step.master.sizes[point.face];
-  if (is_first && (step.initial || late)) keep_overlap(slot, start, step.initial, memory);
+  // Found behind a face that it has not come through: left where it is, not thrown out
+  if (is_first && (step.initial || (memory.face[slot] < 0 && start < 0))) keep_overlap(slot, start, step.initial, memory);
   point.frame = contact_frame(normal);
   point.gap[0] = end - memory.offset[slot];
   point.start_gap = start - memory.offset[slot];
@@ -190,6 +190,7 @@ void detect_mortar(const ContactSurface& slave, const ContactBody& slave_body, c
   for (const Corner& corner : corners) of_faces[corner.segment][corner.j] = corner.group;
   choose_kept(pairs, of_faces, groups);
   merge_rows(of_faces, groups, pairs);
+  const std::size_t before = list.points.size();
   TermSums slave_sums(slave_body.end.rows()), master_sums(master_body.end.rows());
   std::vector<std::vector<const Corner*>> of(1);
   for (std::size_t first = 0, last = 0; first < corners.size(); first = last) {
@@ -205,6 +206,7 @@ void detect_mortar(const ContactSurface& slave, const ContactBody& slave_body, c
     for (const Index g : order) add_point(step, pairs, of[g], slot, g == order.front(), slave_sums, master_sums, memory, list);
     for (auto& group : of) group.clear();
   }
+  if (list.points.size() == before) std::fill(memory.known_face.begin(), memory.known_face.end(), -1);
 }
 
 }  // namespace cbr

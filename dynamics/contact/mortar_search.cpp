@@ -47,13 +47,14 @@ void fill_boxes(const ContactSurface& surface, const ContactBody& body, const Ve
 // The slave face that is looked at.
 struct SlaveFace {
   Index face = 0;
-  bool triangle = false, touched = false;
+  bool triangle = false;
+  bool at_start = false;  // it touched in the last step, or the run begins: it is looked at where it is at the start of the step
   FaceCorners start, end;
-  Matrix3 frame;  // rows: outward normal, two tangents; at the start if it touched in the last step, else at the end
+  Matrix3 frame;  // rows: outward normal, two tangents
   Vector3 origin;
-  FlatFace flat;  // at the same time
+  FlatFace flat;
   Vector3 normal() const { return frame.row(0).transpose(); }
-  const FaceCorners& seen(const FaceCorners& at_start, const FaceCorners& at_end) const { return touched ? at_start : at_end; }
+  const FaceCorners& seen(const FaceCorners& first, const FaceCorners& last) const { return at_start ? first : last; }
 };
 
 Index slot_of(const ContactSurface& slave, Index face, int corner) {
@@ -62,8 +63,8 @@ Index slot_of(const ContactSurface& slave, Index face, int corner) {
 
 SlaveFace slave_face(const MortarStep& step, const PairMemory& memory, Index face) {
   SlaveFace s;
-  s.face = face, s.triangle = is_triangle(step.slave, face);
-  for (int a = 0; a < 4; ++a) s.touched = s.touched || memory.face[slot_of(step.slave, face, a)] >= 0;
+  s.face = face, s.triangle = is_triangle(step.slave, face), s.at_start = step.initial;
+  for (int a = 0; a < 4; ++a) s.at_start = s.at_start || memory.face[slot_of(step.slave, face, a)] >= 0;
   s.start = corners(step.slave, face, step.slave_body.start), s.end = corners(step.slave, face, step.slave_body.end);
   const FaceCorners& seen = s.seen(s.start, s.end);
   s.frame = contact_frame(mean_normal(seen));
@@ -139,7 +140,11 @@ bool meets(const MortarStep& step, const PairMemory& memory, const SlaveFace& s,
   pair.end_gap = mean_gap(pair.segment, normal, s.end, end);
   pair.start_gap = mean_gap(pair.segment, normal, s.start, start);
   if (pair.end_gap > step.far) return false;
-  if (pair.start_gap < 0 && -pair.start_gap > allowed_depth(step, memory, s, face, master_normal)) return false;
+  if (pair.start_gap < 0) {
+    if (-pair.start_gap > allowed_depth(step, memory, s, face, master_normal)) return false;
+    // Sides of bodies that only now come to lie behind each other
+    if (!s.at_start && !(segment_at(s, start, end, triangle, 0).area > 0)) return false;
+  }
   if (pair.on_the_way || pair.start_gap <= 0) return true;
   // It may have come around the rim
   const double depth = step.options.late_depth * step.master.sizes[face];
@@ -149,7 +154,7 @@ bool meets(const MortarStep& step, const PairMemory& memory, const SlaveFace& s,
 // The area that two master faces and the slave face share.
 double common_area(const MortarStep& step, const SlaveFace& s, Index face, Index other) {
   const auto flat = [&](Index f) {
-    return flatten(corners(step.master, f, s.touched ? step.master_body.start : step.master_body.end), is_triangle(step.master, f),
+    return flatten(corners(step.master, f, s.at_start ? step.master_body.start : step.master_body.end), is_triangle(step.master, f),
                    s.frame, s.origin, false);
   };
   const FlatFace a = flat(face), b = flat(other);
@@ -163,26 +168,56 @@ double common_area(const MortarStep& step, const SlaveFace& s, Index face, Index
   return sum;
 }
 
+bool share_a_node(const IndexTable& faces, Index f, Index g) {
+  for (int a = 0; a < 4; ++a)
+    for (int b = 0; b < 4; ++b)
+      if (faces(f, a) == faces(g, b)) return true;
+  return false;
+}
+
 // Of master faces that lie over each other only the one counts that the slave face meets first. pairs[first] .. are those of `s`.
 void keep_first_layer(const MortarStep& step, const SlaveFace& s, std::size_t first, std::vector<FacePair>& pairs) {
   const auto begin = pairs.begin() + static_cast<std::ptrdiff_t>(first);
   if (std::any_of(begin, pairs.end(), [](const FacePair& pair) { return !pair.on_the_way; }))
     pairs.erase(std::remove_if(begin, pairs.end(), [](const FacePair& pair) { return pair.on_the_way; }), pairs.end());
-  double sum = 0, whole = 0;
-  for (auto pair = begin; pair != pairs.end(); ++pair) sum += pair->segment.area;
+  double sum = 0, whole = 0, nearest = HUGE_VAL, farthest = -HUGE_VAL;
+  for (auto pair = begin; pair != pairs.end(); ++pair) {
+    sum += pair->segment.area;
+    nearest = std::min(nearest, pair->start_gap), farthest = std::max(farthest, pair->start_gap);
+  }
   for (int k = 0; k < s.flat.n_pieces; ++k) whole += s.flat.pieces[k].area;
-  if (sum <= whole * (1 + 1e-6)) return;
+  const bool more_than_whole = sum > whole * (1 + 1e-6);
+  if (!more_than_whole && !(farthest - nearest > 1e-9 * step.slave.sizes[s.face])) return;
   std::stable_sort(begin, pairs.end(),
                    [](const FacePair& a, const FacePair& b) { return std::abs(a.start_gap) < std::abs(b.start_gap); });
   auto last = begin;
   for (auto pair = begin; pair != pairs.end(); ++pair) {
     const auto hides = [&](const FacePair& other) {
+      // Neighbours lie beside each other
+      if (!more_than_whole && share_a_node(step.master.faces, pair->master_face, other.master_face)) return false;
       return common_area(step, s, pair->master_face, other.master_face) > 1e-3 * pair->segment.area;
     };
     if (std::none_of(begin, last, hides)) *last++ = *pair;
   }
   pairs.erase(last, pairs.end());
   std::sort(begin, last, [](const FacePair& a, const FacePair& b) { return a.master_face < b.master_face; });
+}
+
+// Per slave node: whether a point of it can be within reach. What is only near costs nothing but this.
+std::vector<char> nodes_in_reach(const MortarStep& step, const CandidateList& list) {
+  std::vector<char> in_reach(step.slave_body.end.rows(), 0);
+  for (Index f = 0; f < step.slave.faces.rows(); ++f) {
+    if (list.first[f] == list.first[f + 1]) continue;
+    const FaceCorners x = corners(step.slave, f, step.slave_body.end);
+    const Vector3 normal = mean_normal(x);
+    const auto reaches = [&](Index face) {
+      // A point's normal leans by up to 45 degrees
+      return same_side * gap_range(normal, x, corners(step.master, face, step.master_body.end))[0] <= step.reach;
+    };
+    if (std::any_of(list.target.begin() + list.first[f], list.target.begin() + list.first[f + 1], reaches))
+      for (int a = 0; a < 4; ++a) in_reach[step.slave.faces(f, a)] = 1;
+  }
+  return in_reach;
 }
 
 }  // namespace
@@ -202,10 +237,14 @@ std::vector<FacePair> find_face_pairs(const MortarStep& step, PairMemory& memory
   fill_boxes(step.master, step.master_body, step.drift, std::max(step.far, memory.depth), memory.face_boxes);
   find_candidates(memory.node_boxes, memory.face_boxes, memory.grid);
   const CandidateList& list = memory.grid.candidates;
+  const std::vector<char> in_reach = nodes_in_reach(step, list);
   std::vector<FacePair> pairs;
   FacePair pair;
   for (Index f = 0; f < step.slave.faces.rows(); ++f) {
     if (list.first[f] == list.first[f + 1] || !(step.slave.sizes[f] > 0)) continue;
+    bool any = false;
+    for (int a = 0; a < 4; ++a) any = any || in_reach[step.slave.faces(f, a)];
+    if (!any) continue;
     const SlaveFace s = slave_face(step, memory, f);
     const std::size_t first = pairs.size();
     for (Index k = list.first[f]; k < list.first[f + 1]; ++k)

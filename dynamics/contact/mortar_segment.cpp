@@ -12,43 +12,44 @@
 namespace cbr {
 namespace {
 
+constexpr int capacity = 128;  // of a batch of quadrature points
+using Batch = Eigen::Array<double, Eigen::Dynamic, 1, Eigen::ColMajor, capacity, 1>;
+using Shapes = Eigen::Array<double, Eigen::Dynamic, 4, Eigen::ColMajor, capacity, 4>;  // columns: corners of the face
+
 struct TrianglePoint {
   double s, t, weight;  // weights sum to 1
 };
 
-// Zeros and weights on [0, 1].
-std::vector<LinePoint> gauss_unit_line(int n) {
+// Gauss points on [0, 1] for the weight 1, or 1 - x (`jacobi`), from the eigenvalues of the recurrence (Golub and Welsch 1969,
+// doi 10.1090/S0025-5718-69-99647-1); weights sum to 1.
+std::vector<LinePoint> gauss_unit_line(int n, bool jacobi) {
+  Vector diagonal = Vector::Zero(n), beside(n - 1);
+  for (int k = 0; k < n && jacobi; ++k) diagonal[k] = -1.0 / ((2 * k + 1) * (2 * k + 3));
+  for (int k = 1; k < n; ++k)
+    beside[k - 1] = jacobi ? std::sqrt(double(k) * (k + 1)) / (2 * k + 1) : k / std::sqrt(4.0 * k * k - 1);
+  Eigen::SelfAdjointEigenSolver<Matrix> solver;
+  solver.computeFromTridiagonal(diagonal, beside);
   std::vector<LinePoint> rule;
-  for (int i = 0; i < n; ++i) {
-    double x = std::cos(std::numbers::pi * (i + 0.75) / (n + 0.5)), slope = 1;
-    for (int iteration = 0; iteration < 20; ++iteration) {
-      double p = 1, before = 0;
-      for (int k = 1; k <= n; ++k) {
-        const double next = ((2 * k - 1) * x * p - (k - 1) * before) / k;
-        before = p, p = next;
-      }
-      slope = n * (x * p - before) / (x * x - 1);
-      x -= p / slope;
-    }
-    rule.push_back({0.5 * (1 - x), 1 / ((1 - x * x) * slope * slope)});
+  for (int k = 0; k < n; ++k) {
+    const double v = solver.eigenvectors()(0, k);
+    rule.push_back({0.5 * (1 + solver.eigenvalues()[k]), v * v});
   }
   return rule;
 }
 
 constexpr int max_line = 8;
 
-// n = 0: six points of degree 4. Else a square of n x n Gauss points drawn together into a triangle: degree 2 n - 2.
+// n < 3: six points of degree 4. Else a square of n x n Gauss points drawn together into a triangle: degree 2 n - 1.
 const std::vector<TrianglePoint>& triangle_points(int n) {
   static const std::array<std::vector<TrianglePoint>, max_line + 1> rules = [] {
     std::array<std::vector<TrianglePoint>, max_line + 1> all;
     for (const QuadraturePoint& q : triangle_rule(6)) all[0].push_back({q.xi[0], q.xi[1], 2 * q.weight});
-    for (int k = 1; k <= max_line; ++k)
-      for (const LinePoint& u : gauss_unit_line(k))
-        for (const LinePoint& v : gauss_unit_line(k))
-          all[k].push_back({u.xi, v.xi * (1 - u.xi), 2 * u.weight * v.weight * (1 - u.xi)});
+    for (int k = 3; k <= max_line; ++k)
+      for (const LinePoint& u : gauss_unit_line(k, true))
+        for (const LinePoint& v : gauss_unit_line(k, false)) all[k].push_back({u.xi, v.xi * (1 - u.xi), u.weight * v.weight});
     return all;
   }();
-  return rules[n];
+  return rules[n < 3 ? 0 : n];
 }
 
 double cross(const Vector2& a, const Vector2& b) { return a[0] * b[1] - a[1] * b[0]; }
@@ -85,59 +86,87 @@ bool complete(const std::array<Vector2, 4>& x, bool counter_clockwise, FacePiece
   return true;
 }
 
-// Parent coordinates: barycentric for a triangle, of [-1, 1]^2 for a quad.
-Vector2 inverse_map(const FacePiece& piece, const Vector2& x) {
-  const Vector2 d = x - piece.origin;
-  Vector2 p = piece.inverse * d;
-  if (piece.distortion == 0) return p;
-  // Newton's method; a convex quad has one solution inside
-  for (int iteration = 0; iteration < 20; ++iteration) {
-    const Vector2 r = d - p[0] * piece.a - p[1] * piece.b - p[0] * p[1] * piece.w;
-    const Vector2 u = piece.a + p[1] * piece.w, v = piece.b + p[0] * piece.w;
-    const double J = cross(u, v);
-    const Vector2 change(cross(r, v) / J, cross(u, r) / J);
-    p = (p + change).cwiseMax(-1.5).cwiseMin(1.5);
-    if (change.cwiseAbs().maxCoeff() < 1e-9) break;  // it squares the error: the next change would be below rounding
+// Parent coordinates of points: barycentric for a triangle, of [-1, 1]^2 for a quad.
+void inverse_map(const FacePiece& piece, const Batch& x, const Batch& y, Batch& s, Batch& t) {
+  const Batch dx = x - piece.origin[0], dy = y - piece.origin[1];
+  const Vector2 &a = piece.a, &b = piece.b, &w = piece.w;
+  if (piece.distortion == 0) {
+    s = piece.inverse(0, 0) * dx + piece.inverse(0, 1) * dy;
+    t = piece.inverse(1, 0) * dx + piece.inverse(1, 1) * dy;
+    return;
   }
-  return p;
+  // d = s a + t b + s t w: (d - t b) x (a + t w) = 0, the root that stays finite for w = 0
+  const double J0 = cross(a, b), A = -cross(b, w), sign = J0 > 0 ? 1 : -1;
+  const Batch B = J0 + dx * w[1] - dy * w[0], C = dx * a[1] - dy * a[0];
+  t = -2 * C / (B + sign * (B * B - 4 * A * C).max(0).sqrt());
+  const Batch ux = a[0] + t * w[0], uy = a[1] + t * w[1];
+  s = ((dx - t * b[0]) * ux + (dy - t * b[1]) * uy) / (ux * ux + uy * uy);
+}
+
+void shape_functions(const FacePiece& piece, const Batch& x, const Batch& y, Shapes& N) {
+  Batch s, t;
+  inverse_map(piece, x, y, s, t);
+  N.resize(x.size(), 4);
+  if (piece.n == 3) {
+    N.setZero();
+    N.col(piece.corner[0]) = 1 - s - t, N.col(piece.corner[1]) = s, N.col(piece.corner[2]) = t;
+    return;
+  }
+  N.col(0) = 0.25 * (1 - s) * (1 - t), N.col(1) = 0.25 * (1 + s) * (1 - t);
+  N.col(2) = 0.25 * (1 + s) * (1 + t), N.col(3) = 0.25 * (1 - s) * (1 + t);
 }
 
 // How fast Gauss points converge for functions of the inverse map of a quad over a polygon: its square root vanishes where the
 // square of the Jacobian, linear along any line, goes through 0, so that the error falls with (r + sqrt(r^2 - 1))^(-2 n), r the
 // distance of that point from the middle in half lengths.
-double convergence(const FacePiece& piece, const Polygon& polygon) {
+double convergence(const FacePiece& piece, const Batch& x, const Batch& y) {
   if (piece.distortion == 0) return HUGE_VAL;
-  double least = HUGE_VAL, most = 0;
-  for (int i = 0; i < polygon.n; ++i) {
-    const Vector2 p = inverse_map(piece, polygon.x[i]);
-    const double J = cross(piece.a + p[1] * piece.w, piece.b + p[0] * piece.w);
-    least = std::min(least, J * J), most = std::max(most, J * J);
-  }
-  const double r = (most + least) / std::max(most - least, 1e-12 * most);
+  Batch s, t;
+  inverse_map(piece, x, y, s, t);
+  const Batch J2 = (cross(piece.a, piece.b) + s * cross(piece.a, piece.w) + t * cross(piece.w, piece.b)).square();
+  const double least = J2.minCoeff(), most = J2.maxCoeff(), r = (most + least) / std::max(most - least, 1e-12 * most);
   return r + std::sqrt(r * r - 1);
 }
 
-// Points on a line for an error of about 1e-10; 0: the piece is affine.
+// Points on a line for an error of about 1e-10: the first term that degree 2 n - 1 misses is rate^(-2 n + 2), the product of two
+// shape functions being of degree 2 itself.
 int line_points(double rate) {
-  if (rate > 1e12) return 0;
-  return std::clamp(static_cast<int>(std::ceil(0.5 * 10 * std::numbers::ln10 / std::log(rate))) + 1, 3, max_line);
+  if (rate > 1e3) return 0;
+  return std::clamp(static_cast<int>(std::ceil(0.5 * (2 + 10 * std::numbers::ln10 / std::log(rate)))), 3, max_line);
+}
+
+// Adds the integrals over a batch of points with weights w.
+void add_batch(const FacePiece& slave, const FacePiece& master, const Batch& x, const Batch& y, const Batch& w, Segment& segment) {
+  Shapes of_slave, of_master;
+  shape_functions(slave, x, y, of_slave), shape_functions(master, x, y, of_master);
+  const Shapes weighted = of_slave.colwise() * w;
+  segment.D += weighted.matrix().transpose().lazyProduct(of_slave.matrix());
+  segment.M += weighted.matrix().transpose().lazyProduct(of_master.matrix());
+  segment.area += w.sum();
 }
 
 void add_polygon(const FacePiece& slave, const FacePiece& master, const Polygon& shared, double sliver, Segment& segment) {
-  const auto& points = triangle_points(line_points(std::min(convergence(slave, shared), convergence(master, shared))));
+  Batch x(shared.n), y(shared.n), w;
+  for (int i = 0; i < shared.n; ++i) x[i] = shared.x[i][0], y[i] = shared.x[i][1];
+  const auto& points = triangle_points(line_points(std::min(convergence(slave, x, y), convergence(master, x, y))));
+  const Index n_points = static_cast<Index>(points.size());
+  x.resize(capacity), y.resize(capacity), w.resize(capacity);
+  Index n = 0;
+  const auto flush = [&] {
+    if (n > 0) add_batch(slave, master, x.head(n), y.head(n), w.head(n), segment);
+    n = 0;
+  };
   for (int i = 2; i < shared.n; ++i) {
     const Vector2 &origin = shared.x[0], u = shared.x[i - 1] - origin, v = shared.x[i] - origin;
     const double size = 0.5 * cross(u, v);
     if (!(size > sliver)) continue;
-    Eigen::Matrix4d D = Eigen::Matrix4d::Zero(), M = Eigen::Matrix4d::Zero();
+    if (n + n_points > capacity) flush();
     for (const TrianglePoint& q : points) {
-      const Vector2 x = origin + q.s * u + q.t * v;
-      const Eigen::Vector4d N = shape_functions(slave, x), weighted = (q.weight * size) * N;
-      D.noalias() += weighted * N.transpose();
-      M.noalias() += weighted * shape_functions(master, x).transpose();
+      x[n] = origin[0] + q.s * u[0] + q.t * v[0], y[n] = origin[1] + q.s * u[1] + q.t * v[1];
+      w[n++] = q.weight * size;
     }
-    segment.D += D, segment.M += M, segment.area += size;
   }
+  flush();
 }
 
 }  // namespace
@@ -170,18 +199,6 @@ FlatFace flatten(const FaceCorners& corners, bool triangle, const Matrix3& frame
     add(triangle_piece(x, 0, 1, 3)), add(triangle_piece(x, 1, 2, 3));
   }
   return face;
-}
-
-Eigen::Vector4d shape_functions(const FacePiece& piece, const Vector2& x) {
-  const Vector2 p = inverse_map(piece, x);
-  Eigen::Vector4d N = Eigen::Vector4d::Zero();
-  if (piece.n == 3) {
-    N[piece.corner[0]] = 1 - p[0] - p[1], N[piece.corner[1]] = p[0], N[piece.corner[2]] = p[1];
-    return N;
-  }
-  const double s = p[0], t = p[1];
-  N << 0.25 * (1 - s) * (1 - t), 0.25 * (1 + s) * (1 - t), 0.25 * (1 + s) * (1 + t), 0.25 * (1 - s) * (1 + t);
-  return N;
 }
 
 Segment integrate(const FlatFace& slave, const FlatFace& master, double sliver) {

@@ -41,7 +41,4 @@ struct Segment {
 // quads. What is smaller than `sliver` times the smaller face is left out.
 Segment integrate(const FlatFace& slave, const FlatFace& master, double sliver = 1e-12);
 
-// The shape functions of the face's corners at a point of the piece.
-Eigen::Vector4d shape_functions(const FacePiece& piece, const Vector2& x);
-
 }  // namespace cbr

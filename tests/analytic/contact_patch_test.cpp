@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The contact patch test (Taylor and Papadopoulos 1991): two blocks with meshes that do not match, pressed together by a uniform
+// pressure, must be strained uniformly. Both stand on planes of symmetry without friction, so that each is free to grow sidewards.
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+
+#include "common/mesh/surface.hpp"
+#include "dynamics/contact/mortar.hpp"
+#include "tests/support/solve.hpp"
+#include "tests/unit/common/elements/box_mesh.hpp"
+
+namespace cbr::test {
+namespace {
+
+constexpr double pressure = 3;
+
+struct Half {
+  Mesh mesh;
+  FiniteElementModel model;
+  std::vector<Index> dofs;  // free ones
+  Points exact;             // displacements
+  ContactSurface surface;
+  ContactBody body;
+};
+
+// Nodes off the rim of a section are moved in its plane.
+Vector3 distorted(const Vector3& x, double share) {
+  const auto bump = [](double s) { return s * (1 - s); };
+  const double u = bump(x[0]), v = bump(x[1]), wave = std::sin(17 * x[0] + 5 * x[1]);
+  return x + share * Vector3(u * (wave + 4 * v), v * (std::cos(11 * x[1] - 7 * x[0]) - 3 * u), 0);
+}
+
+ContactSurface surface_at(const Mesh& mesh, double z, Index body) {
+  Sideset sides{"face", 1, {}};
+  const Block& block = mesh.blocks[0];
+  for (Index e = 0; e < block.connectivity.rows(); ++e) {
+    for (int side = 1; side <= n_sides(block.type); ++side) {
+      bool on = true;
+      for (const Index node : nodes_of_side(mesh, {0, e, side})) on = on && std::abs(mesh.coordinates(node, 2) - z) < 1e-9;
+      if (on) sides.sides.push_back({0, e, side});
+    }
+  }
+  const Surface surface = extract_surface(mesh, sides);
+  ContactSurface contact;
+  contact.name = "face", contact.body = body;
+  contact.nodes = surface_nodes(surface);
+  contact.faces = linear_faces(surface).faces;
+  fill_sizes(contact, mesh.coordinates);
+  return contact;
+}
+
+// A unit cube from z = floor up.
+Half half(ElementType type, std::array<Index, 3> cells, double share, double floor, double E, double sunk, Index body) {
+  const Material material{E, 0.3, 1};
+  Half h;
+  h.mesh = box_mesh(type, cells, Vector3::Ones(), [&](const Vector3& x) { return distorted(x, share); });
+  h.mesh.coordinates.col(2).array() += floor;
+  h.model = assemble(h.mesh, {{material, Hex8Formulation::incompatible}}, MassKind::lumped);
+  h.dofs = free_dofs(h.mesh, h.model, [](const Vector3& x, int c) { return x[c] < 1e-9; });
+  const auto& x = h.mesh.coordinates;
+  h.exact = x * (0.3 * pressure / E);
+  h.exact.col(2).array() = -pressure / E * (x.col(2).array() - floor) - sunk;
+  h.surface = surface_at(h.mesh, 1, body);
+  h.body.start = h.body.end = x;
+  return h;
+}
+
+struct Patch {
+  double displacement = 0;  // largest error, as a share of the largest displacement
+  double multiplier = 0;    // largest |impulse / area - pressure| / pressure
+  double least = 0;         // smallest impulse / area / pressure
+  Index n_points = 0;
+};
+
+using Detect = decltype(&detect);
+
+// [K, -G^T; G, 0] [u; p] = [f; 0] with all points closed.
+Patch solve(Half& lower, Half& upper, bool slave_is_upper, Detect search) {
+  Half &slave = slave_is_upper ? upper : lower, &master = slave_is_upper ? lower : upper;
+  PairMemory memory;
+  ContactList list;
+  search(slave.surface, slave.body, master.surface, master.body, false, {}, memory, list);
+  const Index n0 = static_cast<Index>(lower.dofs.size()), n1 = static_cast<Index>(upper.dofs.size()),
+              m = static_cast<Index>(list.points.size());
+  Matrix A = Matrix::Zero(n0 + n1 + m, n0 + n1 + m);
+  Vector b = Vector::Zero(A.rows()), exact(n0 + n1);
+  std::array<std::vector<Index>, 2> column;  // of dof 3 i + c of a mesh's nodes; -1: held
+  for (const Half* h : {&lower, &upper}) {
+    const Index body = h->surface.body, first = body == 0 ? 0 : n0, n = static_cast<Index>(h->dofs.size());
+    column[body].assign(3 * h->mesh.coordinates.rows(), -1);
+    A.block(first, first, n, n) = Matrix(submatrix(h->model.K, h->dofs));
+    // The pressure's nodal forces are what the exact field needs there
+    Vector u(3 * static_cast<Index>(h->model.nodes.size()));
+    for (std::size_t i = 0; i < h->model.nodes.size(); ++i)
+      u.segment<3>(3 * static_cast<Index>(i)) = h->exact.row(h->model.nodes[i]).transpose();
+    const Vector f = h->model.K * u;
+    for (Index k = 0; k < n; ++k) {
+      const Index node = h->model.nodes[h->dofs[k] / 3], c = h->dofs[k] % 3;
+      column[body][3 * node + c] = first + k;
+      exact[first + k] = u[h->dofs[k]];
+      if (body == 1 && c == 2 && h->mesh.coordinates(node, 2) > 2 - 1e-9) b[first + k] = f[h->dofs[k]];
+    }
+  }
+  for (Index i = 0; i < m; ++i) {
+    const ContactPoint& point = list.points[i];
+    for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {
+      const ContactTerm& term = list.terms[t];
+      for (Index c = 0; c < 3; ++c) {
+        const Index k = column[term.body][3 * term.node + c];
+        if (k < 0) continue;
+        A(n0 + n1 + i, k) += term.coefficient * point.normal()[c];
+        A(k, n0 + n1 + i) -= term.coefficient * point.normal()[c];
+      }
+    }
+  }
+  const Vector x = A.partialPivLu().solve(b);
+  Patch result;
+  result.n_points = m;
+  result.displacement = (x.head(n0 + n1) - exact).cwiseAbs().maxCoeff() / exact.cwiseAbs().maxCoeff();
+  result.least = HUGE_VAL;
+  for (Index i = 0; i < m; ++i) {
+    const double p = x[n0 + n1 + i] / list.points[i].area / pressure;
+    result.multiplier = std::max(result.multiplier, std::abs(p - 1));
+    result.least = std::min(result.least, p);
+  }
+  return result;
+}
+
+struct Meshes {
+  ElementType lower, upper;
+  std::array<Index, 3> lower_cells, upper_cells;
+  double share = 0;
+};
+
+Patch solve(const Meshes& of, bool slave_is_upper, Detect search) {
+  Half lower = half(of.lower, of.lower_cells, of.share, 0, 1000, 0, 0),
+       upper = half(of.upper, of.upper_cells, 0.8 * of.share, 1, 400, pressure / 1000, 1);
+  return solve(lower, upper, slave_is_upper, search);
+}
+
+using enum ElementType;
+const std::vector<Meshes> linear_meshes = {{hex8, hex8, {3, 3, 2}, {4, 5, 2}, 0},   {hex8, hex8, {3, 3, 2}, {4, 5, 2}, 0.2},
+                                           {hex8, tet4, {4, 3, 2}, {3, 3, 2}, 0.2}, {tet4, hex8, {4, 4, 1}, {3, 5, 2}, 0.2},
+                                           {tet4, tet4, {4, 4, 2}, {3, 3, 2}, 0.2}, {wedge6, hex8, {2, 3, 2}, {5, 2, 2}, 0.2}};
+
+TEST(ContactPatch, MortarStrainsLinearElementsUniformly) {
+  for (const Meshes& meshes : linear_meshes) {
+    for (const bool slave_is_upper : {false, true}) {
+      const Patch patch = solve(meshes, slave_is_upper, detect_mortar);
+      EXPECT_LT(patch.displacement, 1e-10);
+      EXPECT_LT(patch.multiplier, 1e-9);
+      EXPECT_GT(patch.n_points, 8);
+    }
+  }
+}
+
+// What the test is for: nodes against faces, one way, load a mesh that does not match unevenly.
+TEST(ContactPatch, NodesAgainstFacesDoNot) {
+  for (const Meshes& meshes : linear_meshes)
+    for (const bool slave_is_upper : {false, true}) EXPECT_GT(solve(meshes, slave_is_upper, detect).displacement, 1e-3);
+}
+
+}  // namespace
+}  // namespace cbr::test
