@@ -6,7 +6,9 @@
     MODEL    full: finite element meshes; kN: superelements, N modes in the impactor behind its whole surface; faceN: behind its
              side that looks at the block; bN: behind the whole surface, and N modes in the block instead of 200;
              mixed: the block a mesh, the impactor a superelement of 200 modes
-    CONTACT  impulse | mortar | penalty | twoway (penalty) | nodal
+    CONTACT  impulse | mortar | penalty | twoway (penalty) | nodal; of-left, of-right, mortar-of-left, mortar-of-right (impulse): the
+             impactor moved along the block so that no nodes match, and whose nodes (multipliers) are held. Only where both have
+             elements of one size (brick, m2x1): the first-named surface is the slave then, else the finer one
     LEFT     mesh level of the block; RIGHT: of the impactor
 """
 import re
@@ -14,10 +16,12 @@ import sys
 
 CONTACT = {"impulse": "enforcement: impulse", "mortar": "enforcement: impulse, formulation: mortar", "penalty": "enforcement: penalty",
            "twoway": "enforcement: penalty, formulation: two-way", "nodal": "enforcement: nodal"}
+for side in ("left", "right"):
+    CONTACT[f"of-{side}"], CONTACT[f"mortar-of-{side}"] = CONTACT["impulse"], CONTACT["mortar"]
 
 
 def variant(text, name):
-    found = re.fullmatch(r"(sphere|brick)-(full|mixed|(k|face|b)(\d+))-(\w+)-m(\d)x(\d)", name)
+    found = re.fullmatch(r"(sphere|brick)-(full|mixed|(k|face|b)(\d+))-([\w-]+)-m(\d)x(\d)", name)
     if not found or found[5] not in CONTACT:
         sys.exit(f"scene.py: {name}: see --help")
     shape, model, kind, modes, contact, left, right = found.groups()
@@ -31,6 +35,10 @@ def variant(text, name):
                ("enforcement: impulse", CONTACT[contact])]
     if kind == "face":
         changes.append(("right.contact]", "right.x_max]"))
+    if "of-" in contact:
+        changes.append(("0.0381, 0, 0", "0.0381, 0.00127, 0.00089"))
+    if contact.endswith("of-right"):
+        changes.append(("left.contact, right.contact]", "right.contact, left.contact]"))
     if model in ("full", "mixed"):
         changes.append(("block,    as: superelement", "block,    as: mesh"))
     if model == "full":
