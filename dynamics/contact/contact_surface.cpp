@@ -8,6 +8,17 @@
 
 namespace cbr {
 
+void sweep(ContactBody& body) {
+  body.swept = {Vector3::Constant(HUGE_VAL), Vector3::Constant(-HUGE_VAL)};
+  double way2 = 0;
+  for (Index i = 0; i < body.end.rows(); ++i) {
+    const Vector3 x0 = body.start.row(i).transpose(), x1 = body.end.row(i).transpose();
+    body.swept.lower = body.swept.lower.cwiseMin(x0).cwiseMin(x1), body.swept.upper = body.swept.upper.cwiseMax(x0).cwiseMax(x1);
+    way2 = std::max(way2, (x1 - x0).squaredNorm());
+  }
+  body.longest_way = std::sqrt(way2);
+}
+
 FaceCorners corners(const ContactSurface& surface, Index face, const Points& points) {
   FaceCorners x;
   for (int a = 0; a < 4; ++a) x[a] = points.row(surface.faces(face, a)).transpose();

@@ -2,10 +2,12 @@
 // What contact knows of the bodies: points now and predicted, faces between them, the response to impulses.
 #pragma once
 
+#include <cmath>
 #include <string>
 #include <vector>
 
 #include "common/types.hpp"
+#include "dynamics/contact/broad_phase.hpp"
 #include "dynamics/contact/node_response.hpp"
 #include "dynamics/contact/projection.hpp"
 
@@ -18,7 +20,14 @@ struct ContactBody {
   Points friction;        // m x 3: of this step, of friction
   NodeResponse response;  // for the step length response_h
   double response_h = 0;
+  // What all nodes sweep in this step and the longest way of one, see sweep(); not filled: anywhere.
+  Box swept{Vector3::Constant(-HUGE_VAL), Vector3::Constant(HUGE_VAL)};
+  double longest_way = HUGE_VAL;
 };
+
+// Fills `swept` and `longest_way`, once for all pairs of the body: pairs that are apart then cost one comparison each. Again when
+// `end` has changed.
+void sweep(ContactBody& body);
 
 struct ContactSurface {
   std::string name;          // INSTANCE.SURFACE, for messages

@@ -223,6 +223,17 @@ void detect_node(const Step& step, Index slot, PairMemory& memory, std::vector<H
   }
 }
 
+// Whether nothing of the two bodies can be within reach of each other; costs nothing that grows with them.
+bool are_apart(const ContactBody& slave, const ContactBody& master, double size, double largest_size, bool initial,
+               const DetectionOptions& options, const PairMemory& memory) {
+  if (!std::isfinite(slave.longest_way) || !std::isfinite(master.longest_way)) return false;
+  // The drift of the master is one of its nodes' ways at most
+  const double reach = contact_reach(size, slave.longest_way + 3 * master.longest_way, initial, memory);
+  const double margin = std::max(reach, memory.depth) + 2 * options.edge_tolerance * largest_size;
+  const Box grown{master.swept.lower.array() - margin, master.swept.upper.array() + margin};
+  return !slave.swept.meets(grown);
+}
+
 }  // namespace
 
 void start_memory(Index n, PairMemory& memory) {
@@ -246,6 +257,11 @@ void detect(const ContactSurface& slave, const ContactBody& slave_body, const Co
             const ContactBody& master_body, bool initial, const DetectionOptions& options, PairMemory& memory, ContactList& list) {
   const Index n = static_cast<Index>(slave.nodes.size());
   start_memory(n, memory);
+  if (memory.largest_size == 0) memory.largest_size = master.sizes.maxCoeff();
+  if (are_apart(slave_body, master_body, master.size, memory.largest_size, initial, options, memory)) {
+    forget(memory);
+    return;
+  }
   Step step{slave, slave_body, master, master_body, options, initial, 0, mean_motion(master, master_body)};
   step.reach =
       contact_reach(master.size, largest_motion(slave, slave_body, step.drift) + largest_motion(master, master_body, step.drift),
@@ -255,11 +271,23 @@ void detect(const ContactSurface& slave, const ContactBody& slave_body, const Co
   std::vector<Hit> hits;
   const std::size_t before = list.points.size();
   for (Index slot = 0; slot < n; ++slot) detect_node(step, slot, memory, hits, list);
-  if (list.points.size() == before) std::fill(memory.known_face.begin(), memory.known_face.end(), -1);
+  if (list.points.size() == before) forget(memory);
+}
+
+void forget(PairMemory& memory) {
+  if (!memory.has_points) return;
+  memory.has_points = false;
+  std::fill(memory.face.begin(), memory.face.end(), -1);
+  std::fill(memory.known_face.begin(), memory.known_face.end(), -1);
+  memory.offset = memory.offset.cwiseMax(0);
+  memory.impulse.setZero(), memory.elastic_slip.setZero();
+  memory.depth = 0;
 }
 
 void remember(const ContactList& list, std::size_t first, std::size_t last, const Points& end_gap, const Points& impulse,
               double closed, PairMemory& memory) {
+  if (first == last) return forget(memory);
+  memory.has_points = true;
   std::fill(memory.face.begin(), memory.face.end(), -1);
   memory.impulse.setZero(memory.offset.size(), 3);
   memory.depth = 0;

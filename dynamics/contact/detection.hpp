@@ -34,6 +34,8 @@ struct PairMemory {
   Points elastic_slip;  // penalty with friction: tangential stretch of the springs, scene axes
   std::vector<Box> node_boxes, face_boxes;
   BroadPhase grid;
+  bool has_points = false;        // in the last step
+  double largest_size = 0;        // of the master's faces
   double adjust = 0;              // given before the first step: initial gaps and overlaps up to this length count as closed
   double initial_overlap = 0;     // largest depth found by the initial detection
   double initial_gap = HUGE_VAL;  // smallest gap > 0 that it found within reach
@@ -61,8 +63,11 @@ void keep_overlap(Index slot, double distance, bool initial, PairMemory& memory)
 // Cosine between normals above which they hold a node in the same direction.
 constexpr double same_side = 0.7;
 
-// After the step: who touches (impulse or closed gap), and overlaps that have opened. [first, last) are the points of this search;
-// rows of `end_gap` and `impulse` (n x 3, in the points' frames) go with list.points.
+// The bodies are apart: nothing touches, no overlap is left; an adjusted gap stays closed. Costs nothing when that is so already.
+void forget(PairMemory& memory);
+
+// After the step: who touches (impulse or closed gap), and overlaps that have opened; forget() without points. [first, last) are
+// the points of this search; rows of `end_gap` and `impulse` (n x 3, in the points' frames) go with list.points.
 void remember(const ContactList& list, std::size_t first, std::size_t last, const Points& end_gap, const Points& impulse,
               double closed, PairMemory& memory);
 

@@ -144,6 +144,11 @@ void detect_wall(const ContactSurface& slave, const ContactBody& slave_body, con
                  PairMemory& memory, ContactList& list) {
   const Index n = static_cast<Index>(slave.nodes.size());
   start_memory(n, memory);
+  if (std::isfinite(slave_body.longest_way)) {
+    const Vector3 still = Vector3::Zero();
+    const MotionBound swept{slave_body.swept.lower, slave_body.swept.upper, still, still, still, still};
+    if (wall.time_apart(swept, contact_reach(slave.size, slave_body.longest_way, initial, memory)) > 0) return forget(memory);
+  }
   double way2 = 0;
   for (const Index node : slave.nodes) way2 = std::max(way2, (slave_body.end.row(node) - slave_body.start.row(node)).squaredNorm());
   const double reach = contact_reach(slave.size, std::sqrt(way2), initial, memory);

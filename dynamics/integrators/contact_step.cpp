@@ -142,6 +142,7 @@ void deliver(Simulation& sim, const Group& group, bool nodal, double h, ContactS
       body.add_impulses(nodes.set, contact.friction, ImpulseKind::friction);
       move_end(contact.response, contact.friction, contact.end);
     }
+    if (pushed || rubbed) sweep(contact);
     if (pushed) state.impulses_since_output[b] += contact.impulses;
     if (rubbed) state.impulses_since_output[b] += contact.friction;
   }
@@ -262,10 +263,7 @@ void solve_group(Simulation& sim, const std::vector<Index>& pairs, double h, boo
                  ContactOutcome& outcome) {
   const Group group = collect(sim, pairs, initial, state);
   if (group.list.empty()) {
-    for (const Search& of : group.searches) {
-      std::fill(of.memory->face.begin(), of.memory->face.end(), -1);
-      of.memory->impulse.setZero(), of.memory->elastic_slip.setZero();
-    }
+    for (const Search& of : group.searches) forget(*of.memory);
     return;
   }
   prepare(sim, group, h, state);

@@ -47,7 +47,6 @@ class TimeLoop {
     outcome_.near.assign(sim_.pairs.size(), 0);
     bounds_.resize(current_.size());
     bound_at_.assign(current_.size(), -1);
-    spans_.resize(current_.size());
     all_exact_ = std::all_of(sim_.bodies.begin(), sim_.bodies.end(), [](const auto& b) { return b->is_exact(); });
   }
 
@@ -125,31 +124,17 @@ class TimeLoop {
     if (any_due) reschedule(step + 1);
   }
 
-  // Where the contact nodes of a body are in a step.
-  struct Span {
-    Box box;
-    double motion = 0;
-  };
-
-  Span span_of(const ContactBody& contact) const {
-    return {{contact.start.colwise().minCoeff().cwiseMin(contact.end.colwise().minCoeff()).transpose(),
-             contact.start.colwise().maxCoeff().cwiseMax(contact.end.colwise().maxCoeff()).transpose()},
-            (contact.end - contact.start).rowwise().norm().maxCoeff()};
-  }
-
   // Of the due pairs, those whose bodies stay well out of each other's reach in this step need no search. A pair that had points in
   // the last step is searched all the same, so that it forgets them.
   void drop_far_pairs(bool initial) {
-    for (std::size_t c = 0; c < needed_.size(); ++c)
-      if (needed_[c]) spans_[c] = span_of(state_.bodies[c]);
     const auto is_far = [&](Index p) {
       const ContactPair& pair = sim_.pairs[p];
       if (pair.wall || pair.law.law == ContactLaw::tied || outcome_.near[p]) return false;
-      const Span &a = spans_[pair.slave.body], &b = spans_[pair.master.body];
+      const ContactBody &a = state_.bodies[pair.slave.body], &b = state_.bodies[pair.master.body];
       // Above every reach of a search: contact_reach() of either side's faces, with motions relative to either
       const double size = std::max(pair.slave.sizes.maxCoeff(), pair.master.sizes.maxCoeff());
-      const Vector3 reach = Vector3::Constant((initial ? 1.5 : 0.5) * size + 2 * (a.motion + b.motion) + pair.adjust.value_or(0));
-      return !Box{a.box.lower - reach, a.box.upper + reach}.meets(b.box);
+      const Vector3 reach = Vector3::Constant((initial ? 1.5 : 0.5) * size + 2 * (a.longest_way + b.longest_way) + pair.adjust.value_or(0));
+      return !Box{a.swept.lower - reach, a.swept.upper + reach}.meets(b.swept);
     };
     std::erase_if(due_, is_far);
   }
@@ -171,6 +156,7 @@ class TimeLoop {
         sim_.bodies[nodes.body]->positions(nodes.set, contact.start);
       }
       sim_.bodies[nodes.body]->predicted_positions(nodes.set, contact.end);
+      sweep(contact);
       current_[c] = 1;
     }
   }
@@ -196,7 +182,7 @@ class TimeLoop {
     due_at_[p] = step;
     if (!options_.jumps || !a.is_exact() || !b.is_exact() || pair.law.law == ContactLaw::tied) return;
     if (step > 0 && --wait_[p] > 0) return;
-    const double margin = 0.1 * pair.master.size;
+    const double margin = 0.1 * pair.master.size + pair.memory.adjust;  // adjusted gaps are closed at a distance
     const MotionBound& bound = bound_of(pair.slave.body, step);
     const double apart =
         pair.wall ? pair.wall->time_apart(bound, margin) : time_apart(bound, bound_of(pair.master.body, step), margin);
@@ -325,7 +311,6 @@ class TimeLoop {
   std::vector<char> moving_, needed_;
   std::vector<MotionBound> bounds_;  // per contact body, of the step bound_at_
   std::vector<Index> bound_at_;
-  std::vector<Span> spans_;  // per contact body, of this step
   std::vector<Index> due_;
   bool all_exact_ = false;
 };

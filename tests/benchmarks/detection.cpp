@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Seconds of one search (detect() and remember()) over the number of contact nodes: a curved sheet that slides on a curved sheet,
-// all nodes in contact; the same out of reach; and what the narrow search takes for each point. Arguments: largest number of nodes
-// (default 10000). CSV to stdout.
+// all nodes in contact; the same out of reach; and far away, with the sweep of both bodies (once for all their pairs) beside.
+// Arguments: largest number of nodes (default 10000). CSV to stdout.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -57,9 +57,10 @@ void row(int n) {
   bend(slave, 10 * size);
   const double t_near = seconds(repeats, [&] { search(false, fresh); });
   slave.body.start.col(2).array() += 3, slave.body.end.col(2).array() += 3;
+  const double t_sweep = seconds(repeats, [&] { cbr::sweep(slave.body), cbr::sweep(master.body); });
   const double t_far = seconds(repeats, [&] { search(false, fresh); });
-  std::printf("%d,%lld,%zu,%.3g,%.3g,%.3g,%.3g\n", n * n, static_cast<long long>(master.surface.faces.rows()), points, t_contact,
-              1e6 * t_contact / (n * n), t_near, t_far);
+  std::printf("%d,%lld,%zu,%.3g,%.3g,%.3g,%.3g,%.3g\n", n * n, static_cast<long long>(master.surface.faces.rows()), points,
+              t_contact, 1e6 * t_contact / (n * n), t_near, t_sweep, t_far);
   std::fflush(stdout);
 }
 
@@ -67,7 +68,7 @@ void row(int n) {
 
 int main(int argc, char** argv) {
   const double largest = argc > 1 ? std::atof(argv[1]) : 10000;
-  std::printf("nodes,faces,points,contact,contact_us_per_node,near,far\n");
+  std::printf("nodes,faces,points,contact,contact_us_per_node,near,sweep,far\n");
   for (double nodes = 100; nodes <= largest * 1.001; nodes *= std::sqrt(10.0)) row(static_cast<int>(std::lround(std::sqrt(nodes))));
   return 0;
 }
