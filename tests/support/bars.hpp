@@ -18,12 +18,13 @@ struct Bar {
   double velocity = 0;  // along x
   bool mesh = true;     // as: mesh, or as: superelement with the faces at both ends as interface
   Index modes = -1;     // -1: all
-  Index across = 1;     // elements across
+  double width = 0.1;
+  Index across = 1;  // elements across
   double c() const { return std::sqrt(youngs_modulus / density); }
-  double impedance() const { return density * c() * area; }
+  double impedance() const { return density * c() * area(); }
   double transit() const { return 2 * length / c(); }  // there and back
-  double mass() const { return density * area * length; }
-  static constexpr double width = 0.1, area = width * width;
+  double area() const { return width * width; }
+  double mass() const { return density * area() * length; }
 };
 
 struct BarScene {
@@ -67,7 +68,7 @@ inline Ran run(const BarScene& scene, const RunOptions& options = {}) {
   SceneFolder folder;
   for (std::size_t i = 0; i < scene.bars.size(); ++i) {
     const Bar& b = scene.bars[i];
-    folder.add(name_of(i) + ".exo", block_mesh({{b.n, b.across, b.across}, Vector3(b.length, Bar::width, Bar::width)}));
+    folder.add(name_of(i) + ".exo", block_mesh({{b.n, b.across, b.across}, Vector3(b.length, b.width, b.width)}));
   }
   return folder.run(yaml(scene), options);
 }
