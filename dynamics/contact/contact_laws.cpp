@@ -32,6 +32,16 @@ Matrix3 point_block(const ContactProblem& problem, Index point) {
   return block;
 }
 
+Vector respond(const ContactProblem& problem, const Vector& p) {
+  if (problem.W.is_sparse) return problem.W.sparse * p;
+  const auto n_pushed = (p.array() != 0).count();
+  if (4 * n_pushed > p.size()) return problem.W.dense.selfadjointView<Eigen::Lower>() * p;
+  Vector y = Vector::Zero(p.size());
+  for (Index j = 0; j < p.size(); ++j)
+    if (p[j] != 0) y += p[j] * problem.W.dense.col(j);
+  return y;
+}
+
 void add_response(const ContactProblem& problem, Index point, const double* change, Vector& y) {
   const Index row = problem.first[point], n = n_rows(problem.laws[point].law);
   if (!problem.W.is_sparse && n == 3) {
@@ -77,6 +87,12 @@ Vector law_violations(const ContactProblem& problem, const Vector& p, const Vect
     violation[i] = std::hypot(violation[i], w * (p.segment<2>(row + 1) - target).norm());
   }
   return violation;
+}
+
+double gap_round_off(const ContactProblem& problem, const Vector& p) {
+  // |W_ij| <= sqrt(W_ii W_jj)
+  const Vector root = problem.diagonal.cwiseMax(0).cwiseSqrt();
+  return root.size() > 0 ? 1e-15 * root.maxCoeff() * root.cwiseProduct(p).lpNorm<Eigen::Infinity>() : 0.0;
 }
 
 }  // namespace cbr

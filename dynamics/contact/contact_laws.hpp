@@ -25,6 +25,9 @@ ContactProblem contact_problem(GapResponse W, std::vector<PointLaw> laws);
 // The point's rows and columns of W (3 x 3); the first entry alone has a meaning where the point has one row.
 Matrix3 point_block(const ContactProblem& problem, Index point);
 
+// W p, from one triangle of W: half the memory to read.
+Vector respond(const ContactProblem& problem, const Vector& p);
+
 // y += W(:, rows of the point) x change; `change` has as many entries as the point has rows.
 void add_response(const ContactProblem& problem, Index point, const double* change, Vector& y);
 
@@ -34,5 +37,8 @@ void project(const ContactProblem& problem, Vector& p);
 // The natural map of each law as a length: w |p - P(p - gap / w)|, P the projection onto what the law allows (for the tangential
 // rows: onto the disc of the radius mu p_n). 0 where and only where the law holds.
 Vector law_violations(const ContactProblem& problem, const Vector& p, const Vector& gap);
+
+// What round-off alone makes of gaps, as a length: a few units of the last place of the terms that sum to W p.
+double gap_round_off(const ContactProblem& problem, const Vector& p);
 
 }  // namespace cbr

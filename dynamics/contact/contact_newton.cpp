@@ -6,22 +6,41 @@
 #include <optional>
 #include <utility>
 
-#include "dynamics/contact/set_matrix.hpp"
-
 namespace cbr {
+
+namespace {
+
+// A dense Cholesky factor of more rows pays back after more solves than a set stands (see bench_contact_solver).
+constexpr std::size_t largest_kept_factor = 2000;
+
+}  // namespace
 
 struct ContactNewton::Impl {
   // Kept while nothing slides.
-  std::vector<PointState> factored;
+  std::vector<PointState> held;
   std::optional<SetMatrix> matrix;
+  LinearSolver kind = LinearSolver::factor;
+  std::vector<PointState> settled;  // where the last solve ended
+  std::vector<PointState> last;     // of the last step
 
-  Vector step(const ContactProblem& problem, const ContactSet& set, const Vector& g) {
-    if (set.slides_anywhere()) return SetMatrix(problem, set).solve(g);
-    if (!matrix || factored != set.states) {
-      matrix.emplace(problem, set);
-      factored = set.states;
+  // A set that a whole solve has stood is factored: it is likely to stand again.
+  LinearSolver choice(const ContactProblem& problem, const ContactSet& set, LinearSolver wanted) const {
+    if (problem.W.is_sparse || set.states != settled || set.states.size() > largest_kept_factor) return wanted;
+    return LinearSolver::factor;
+  }
+
+  Vector step(const ContactProblem& problem, const ContactSet& set, const Vector& g, const Vector& p, LinearSolver linear) {
+    // Coarsely while the set moves; Newton's own convergence is quadratic once it stands
+    const double reduction = set.states == last ? 1e-8 : 1e-3;
+    last = set.states;
+    if (set.slides_anywhere()) return SetMatrix(problem, set, linear).solve(g, p, reduction);
+    const bool stands = matrix && held == set.states;
+    const LinearSolver chosen = choice(problem, set, linear);
+    if (!stands || (chosen == LinearSolver::factor && kind != chosen)) {
+      matrix.emplace(problem, set, chosen);
+      held = set.states, kind = chosen;
     }
-    return matrix->solve(g);
+    return matrix->solve(g, p, reduction);
   }
 };
 
@@ -36,7 +55,7 @@ namespace {
 double keep_best(const ContactProblem& problem, const Vector& g, const Vector& p, const Vector& gap, NewtonResult& best) {
   Vector inside = p;
   project(problem, inside);
-  Vector inside_gap = inside == p ? gap : Vector(g + apply(problem.W, inside));
+  Vector inside_gap = inside == p ? gap : Vector(g + respond(problem, inside));
   const double residual = law_violations(problem, inside, inside_gap).lpNorm<Eigen::Infinity>();
   if (residual < best.residual) best.p = std::move(inside), best.gap = std::move(inside_gap), best.residual = residual;
   return residual;
@@ -57,8 +76,8 @@ void line_search(const ContactProblem& problem, const Vector& target, const Vect
 
 }  // namespace
 
-NewtonResult ContactNewton::solve(const ContactProblem& problem, const Vector& g, Vector p, Vector gap, int max_iterations,
-                                  double tolerance) {
+NewtonResult ContactNewton::solve(const ContactProblem& problem, const Vector& g, Vector p, Vector gap, LinearSolver linear,
+                                  int max_iterations, double tolerance) {
   NewtonResult best;
   best.residual = std::numeric_limits<double>::infinity();
   std::vector<std::vector<PointState>> seen;
@@ -67,14 +86,15 @@ NewtonResult ContactNewton::solve(const ContactProblem& problem, const Vector& g
     const ContactSet set = contact_set(problem, p, gap);
     const bool slides = set.slides_anywhere();
     // Without sliding the set decides all: the same set again is a cycle
-    if (!slides && std::find(seen.begin(), seen.end(), set.states) != seen.end()) break;
+    if (!slides && linear == LinearSolver::factor && std::find(seen.begin(), seen.end(), set.states) != seen.end()) break;
     if (!slides) seen.push_back(set.states);
-    const Vector target = impl_->step(problem, set, g);
+    const Vector target = impl_->step(problem, set, g, p, linear);
     ++best.iterations;
     if (!target.allFinite()) break;
-    const Vector target_gap = g + apply(problem.W, target);
+    const Vector target_gap = g + respond(problem, target);
     const double before = best.residual, residual = keep_best(problem, g, target, target_gap, best);
-    const double round_off = 1e-15 * problem.w.maxCoeff() * target.lpNorm<Eigen::Infinity>();
+    const double round_off = std::min(gap_round_off(problem, target), 1e4 * tolerance);
+    if (!slides) impl_->settled = set.states;
     best.converged = residual <= tolerance + round_off || (residual <= 1e3 * tolerance && residual > 0.3 * before);
     if (slides) {
       line_search(problem, target, target_gap, merit, p, gap);

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "dynamics/contact/contact_laws.hpp"
+#include "dynamics/contact/set_matrix.hpp"
 
 namespace cbr {
 
@@ -29,7 +30,8 @@ class ContactNewton {
   ContactNewton& operator=(ContactNewton&&) noexcept;
 
   // From p (m) and gap = g + W p; `tolerance` is a length. The same problem in every call.
-  NewtonResult solve(const ContactProblem& problem, const Vector& g, Vector p, Vector gap, int max_iterations, double tolerance);
+  NewtonResult solve(const ContactProblem& problem, const Vector& g, Vector p, Vector gap, LinearSolver linear, int max_iterations,
+                     double tolerance);
 
  private:
   struct Impl;

@@ -1,82 +1,209 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Newton first: with factors where there are few rows, with Krylov methods where there are many. What it does not solve goes to
+// methods that cannot cycle, each bounded: projected gradients without friction, sweeps with it, and Newton again from there.
 #include "dynamics/contact/contact_solver.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <optional>
 #include <utility>
 
 #include "dynamics/contact/block_gauss_seidel.hpp"
-#include "dynamics/contact/complementarity.hpp"
 #include "dynamics/contact/contact_newton.hpp"
+#include "dynamics/contact/projected_gradients.hpp"
 
 namespace cbr {
-
-struct ContactSolver::Impl {
-  ContactProblem problem;
-  ContactNewton newton;
-  std::optional<BlockGaussSeidel> sweeps;
-  std::optional<ComplementaritySolver> descent;
-
-  ContactSolution newton_and_sweeps(const Vector& g, const Vector& guess, double scale);
-};
-
 namespace {
 
-// Share of the largest |g| to which laws are solved.
-constexpr double accuracy = 1e-12;
+// Shares of the largest |g|: what is aimed at, and what is good enough not to call for another method.
+constexpr double aim = 1e-12, enough = 1e-10;
+// Rows from which Krylov methods are faster than factors, and from which a factor is no longer tried when they fail (dense: rows,
+// sparse: entries of W). Measured: docs/decisions/contact-solver.md.
+constexpr Index krylov_rows = 128, largest_factor_rows = 4000, largest_factor_entries = 4000000;
+constexpr int newton_iterations = 30, gradient_products = 3000;
+// Sweeps before Newton's first attempt from nothing, and the growing numbers of them after a failed one.
+constexpr int first_sweeps = 20, most_sweeps = 540;
+// Of the proximal problems that find the least violation.
+constexpr double ridge = 1e-6, margin = 1e-9;
+constexpr int proximal_steps = 15;
+
+bool has_friction(const ContactProblem& problem) {
+  return std::any_of(problem.laws.begin(), problem.laws.end(), [](const PointLaw& law) { return law.law == ContactLaw::coulomb; });
+}
+
+LinearSolver first_choice(const ContactProblem& problem) {
+  return problem.n_rows() > krylov_rows ? LinearSolver::krylov : LinearSolver::factor;
+}
+
+bool can_factor(const ContactProblem& problem) {
+  return problem.W.is_sparse ? problem.W.sparse.nonZeros() <= largest_factor_entries : problem.n_rows() <= largest_factor_rows;
+}
+
+// The best so far; p within the laws' cones.
+struct Best {
+  Vector p, gap;
+  double residual = std::numeric_limits<double>::infinity();  // a length
+  double good = 0;                                            // a residual that calls for no other method
+  int iterations = 0;
+
+  bool done() const { return residual <= good; }
+  void offer(const ContactProblem& problem, double scale, Vector new_p, Vector new_gap, double new_residual) {
+    if (!(new_residual < residual)) return;
+    good = std::min(enough * scale + gap_round_off(problem, new_p), 1e-8 * scale);
+    p = std::move(new_p), gap = std::move(new_gap), residual = new_residual;
+  }
+};
+
+// One problem: W and laws, and what can be kept between right-hand sides.
+class Methods {
+ public:
+  explicit Methods(ContactProblem problem) : problem_(std::move(problem)) {}
+  const ContactProblem& problem() const { return problem_; }
+  bool friction() const { return has_friction(problem_); }
+
+  void newton(const Vector& g, const Vector& p, const Vector& gap, LinearSolver linear, double scale, Best& best) {
+    NewtonResult result = newton_.solve(problem_, g, p, gap, linear, newton_iterations, aim * scale);
+    best.iterations += result.iterations;
+    best.offer(problem_, scale, std::move(result.p), std::move(result.gap), result.residual);
+  }
+
+  void sweep(const Vector& g, Vector p, int n, double scale, Best& best) {
+    if (!sweeps_) sweeps_.emplace(problem_);
+    Vector gap = g + respond(problem_, p);
+    best.iterations += sweeps_->sweep(problem_, n, aim * scale, p, gap);
+    gap = g + respond(problem_, p);
+    const double residual = law_violations(problem_, p, gap).lpNorm<Eigen::Infinity>();
+    best.offer(problem_, scale, std::move(p), std::move(gap), residual);
+  }
+
+  void gradients(const Vector& g, Vector p, double scale, Best& best) {
+    if (!(norm_ > 0)) norm_ = scaled_norm(problem_);
+    Vector gap = g + respond(problem_, p);
+    best.iterations += projected_gradients(problem_, g, norm_, gradient_products, aim * scale, p, gap);
+    const double residual = law_violations(problem_, p, gap).lpNorm<Eigen::Infinity>();
+    best.offer(problem_, scale, std::move(p), std::move(gap), residual);
+  }
+
+ private:
+  ContactProblem problem_;
+  ContactNewton newton_;
+  std::optional<BlockGaussSeidel> sweeps_;
+  double norm_ = 0;  // of W scaled to a unit diagonal, once known
+};
+
+// Newton's first attempt, warm from `guess` or from a few sweeps, and with factors when Krylov methods fail.
+void attempt(Methods& methods, const Vector& g, const Vector& guess, double scale, Best& best) {
+  const ContactProblem& problem = methods.problem();
+  Best start;
+  Vector p = guess.size() == g.size() ? guess : Vector::Zero(g.size());
+  project(problem, p);
+  const bool warm = !p.isZero(0);
+  if (!warm && methods.friction()) {
+    methods.sweep(g, p, first_sweeps, scale, start);
+  } else {
+    Vector gap = warm ? Vector(g + respond(problem, p)) : g;
+    const double residual = law_violations(problem, p, gap).lpNorm<Eigen::Infinity>();
+    start.offer(problem, scale, std::move(p), std::move(gap), residual);
+  }
+  best.iterations += start.iterations;
+  const LinearSolver linear = first_choice(problem);
+  // Newton's impulses are the least of those with the same gaps, the sweeps' are not
+  if (!(warm && start.residual <= aim * scale)) methods.newton(g, start.p, start.gap, linear, scale, best);
+  if (!best.done() && !start.done() && linear == LinearSolver::krylov && can_factor(problem))
+    methods.newton(g, start.p, start.gap, LinearSolver::factor, scale, best);
+  if (!best.done()) best.offer(problem, scale, std::move(start.p), std::move(start.gap), start.residual);
+}
+
+// Without friction the impulses minimise an energy: descend, then let Newton take the set that was found to round-off.
+void descend(Methods& methods, const Vector& g, double scale, Best& best) {
+  methods.gradients(g, Vector::Zero(g.size()), scale, best);
+  if (best.done() || !can_factor(methods.problem())) return;
+  const Best start = best;
+  methods.newton(g, start.p, start.gap, LinearSolver::factor, scale, best);
+}
+
+void sweep_and_attempt(Methods& methods, const Vector& g, double scale, Best& best) {
+  for (int n = 60; n <= most_sweeps && !best.done(); n *= 3) {
+    methods.sweep(g, best.p, n, scale, best);
+    if (best.done()) return;
+    const Best start = best;
+    methods.newton(g, start.p, start.gap, can_factor(methods.problem()) ? LinearSolver::factor : LinearSolver::krylov, scale, best);
+  }
+}
+
+// No impulse satisfies all: the proximal point method (Rockafellar 1976, doi 10.1137/0314056) tends to the gaps that violate least
+// (Chiche, Gilbert 2016), and with these forgiven the problem has a solution of a bounded size.
+void forgive(Methods& methods, const Vector& g, double scale, Best& best) {
+  ContactProblem shifted = methods.problem();
+  const Vector epsilon = ridge * shifted.diagonal;
+  if (shifted.W.is_sparse) {
+    for (Index i = 0; i < epsilon.size(); ++i)
+      if (epsilon[i] > 0) shifted.W.sparse.coeffRef(i, i) += epsilon[i];
+  } else {
+    shifted.W.dense.diagonal() += epsilon;
+  }
+  Methods proximal(contact_problem(std::move(shifted.W), shifted.laws));
+  Vector p = Vector::Zero(g.size()), gap = g;
+  double moved = scale;
+  for (int i = 0; i < proximal_steps && moved > aim * scale; ++i) {
+    Best step;
+    attempt(proximal, g - epsilon.cwiseProduct(p), p, scale, step);
+    best.iterations += step.iterations;
+    p = std::move(step.p);
+    const Vector next = g + respond(methods.problem(), p);
+    moved = (next - gap).lpNorm<Eigen::Infinity>();
+    gap = next;
+  }
+  Vector forgiven = g;
+  Index row = 0;
+  for (const PointLaw& law : shifted.laws) {
+    for (Index d = 0; d < n_rows(law.law); ++d, ++row)
+      if (law.law == ContactLaw::tied || gap[row] < 0)
+        forgiven[row] -= gap[row] - (law.law == ContactLaw::tied ? 0.0 : margin * scale);
+  }
+  Best bounded;
+  attempt(methods, forgiven, Vector(), scale, bounded);
+  if (!bounded.done()) descend(methods, forgiven, scale, bounded);
+  Vector bounded_gap = g + respond(methods.problem(), bounded.p);
+  const double residual = law_violations(methods.problem(), bounded.p, bounded_gap).lpNorm<Eigen::Infinity>();
+  // A somewhat smaller violation that takes huge impulses in opposite directions is no better
+  if (residual <= 4 * best.residual || !(best.p.norm() < 1e4 * bounded.p.norm()))
+    best.p = std::move(bounded.p), best.gap = std::move(bounded_gap), best.residual = residual;
+}
 
 }  // namespace
 
-// Newton, and between its attempts more and more sweeps, that bring the sets near.
-ContactSolution ContactSolver::Impl::newton_and_sweeps(const Vector& g, const Vector& guess, double scale) {
-  if (!sweeps) sweeps.emplace(problem);
-  ContactSolution best;
-  best.residual = -1;
-  Vector p = guess.size() == g.size() ? guess : Vector::Zero(g.size());
-  project(problem, p);
-  Vector gap = g + apply(problem.W, p);
-  if (p.isZero(0)) sweeps->sweep(problem, 5, accuracy * scale, p, gap);
-  for (int n_sweeps = 20; n_sweeps <= 1280; n_sweeps *= 4) {
-    NewtonResult result = newton.solve(problem, g, p, gap, 20, accuracy * scale);
-    best.iterations += result.iterations;
-    if (best.residual < 0 || result.residual < best.residual)
-      best.p = result.p, best.gap = result.gap, best.residual = result.residual;
-    if (result.converged) return best;
-    best.fallback = true;
-    p = best.p, gap = best.gap;
-    best.iterations += sweeps->sweep(problem, n_sweeps, accuracy * scale, p, gap);
-    gap = g + apply(problem.W, p);
-    const double residual = law_violations(problem, p, gap).lpNorm<Eigen::Infinity>();
-    if (residual < best.residual) best.p = p, best.gap = gap, best.residual = residual;
-    if (residual <= accuracy * scale) break;
-  }
-  return best;
-}
+struct ContactSolver::Impl {
+  Methods methods;
+};
 
-ContactSolver::ContactSolver(GapResponse W, std::vector<PointLaw> laws) : impl_(std::make_unique<Impl>()) {
-  impl_->problem = contact_problem(std::move(W), std::move(laws));
-}
+ContactSolver::ContactSolver(GapResponse W, std::vector<PointLaw> laws)
+    : impl_(std::make_unique<Impl>(Impl{Methods(contact_problem(std::move(W), std::move(laws)))})) {}
 ContactSolver::~ContactSolver() = default;
 ContactSolver::ContactSolver(ContactSolver&&) noexcept = default;
 ContactSolver& ContactSolver::operator=(ContactSolver&&) noexcept = default;
 
-const GapResponse& ContactSolver::W() const { return impl_->problem.W; }
+const GapResponse& ContactSolver::W() const { return impl_->methods.problem().W; }
 
 ContactSolution ContactSolver::solve(const Vector& g, const Vector& guess) {
+  Methods& methods = impl_->methods;
   const double scale = g.size() > 0 ? g.lpNorm<Eigen::Infinity>() : 0;
-  if (!(scale > 0)) return {Vector::Zero(g.size()), g};
-  ContactSolution solution = impl_->newton_and_sweeps(g, guess, scale);
-  solution.residual /= scale;
-  const auto& laws = impl_->problem.laws;
-  if (solution.residual > 1e-9 &&
-      std::all_of(laws.begin(), laws.end(), [](const PointLaw& law) { return law.law == ContactLaw::frictionless; })) {
-    if (!impl_->descent) impl_->descent.emplace(impl_->problem.W);
-    ComplementarityResult result = impl_->descent->solve(g, std::vector<char>(g.size(), 0));
-    if (result.residual < solution.residual) {
-      solution.p = std::move(result.p), solution.gap = std::move(result.gap);
-      solution.residual = law_violations(impl_->problem, solution.p, solution.gap).lpNorm<Eigen::Infinity>() / scale;
+  const Vector none = Vector::Zero(g.size());
+  if (!(scale > 0) || law_violations(methods.problem(), none, g).isZero(0)) return {none, g};
+  Best best;
+  attempt(methods, g, guess, scale, best);
+  ContactSolution solution;
+  if (!best.done()) {
+    solution.fallback = true;
+    if (methods.friction()) {
+      sweep_and_attempt(methods, g, scale, best);
+    } else {
+      descend(methods, g, scale, best);
+      if (best.residual > 1e-7 * scale) forgive(methods, g, scale, best);
     }
   }
+  solution.p = std::move(best.p), solution.gap = std::move(best.gap);
+  solution.residual = best.residual / scale, solution.iterations = best.iterations;
   return solution;
 }
 

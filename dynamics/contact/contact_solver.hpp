@@ -11,13 +11,16 @@
 namespace cbr {
 
 struct ContactSolution {
-  Vector p;    // impulses; least-norm among those that can be told apart by no gap (W singular)
+  // Impulses within the laws' cones. Where W cannot tell several apart (redundant points): the least, each row weighed by the root
+  // of its W_ii; with many rows (Krylov methods) the one nearest the guess.
+  Vector p;
   Vector gap;  // g + W p
-  // Largest violation of the laws, as a share of the largest |g|: of gaps that must not be negative or must be closed; of Coulomb's
-  // law as a length (natural map with the diagonal of W). Not small when no p can satisfy all: p is then a best one, never a NaN.
+  // Largest violation of a law by the natural map, w |p - P(p - gap / w)|, as a share of the largest |g|: of gaps that must not be
+  // negative or must be closed, of Coulomb's law as a length (w: largest diagonal entry of W among the point's rows). Not small
+  // when no p satisfies all: without friction p is then one of bounded size whose gaps violate least, never a NaN.
   double residual = 0;
-  int iterations = 0;
-  bool fallback = false;  // the exact active-set method did not end; see the .cpp for what comes then
+  int iterations = 0;     // Newton's, sweeps, and products of projected gradients, added up
+  bool fallback = false;  // Newton's first attempt failed; see the .cpp for what comes then
 };
 
 // Holds W and what it has factored, for as long as W stands.

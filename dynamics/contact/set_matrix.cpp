@@ -12,145 +12,130 @@
 #include <utility>
 
 #include "common/linalg/sparse_cholesky.hpp"
+#include "dynamics/contact/krylov.hpp"
 
 namespace cbr {
 namespace {
 
-using Triplets = std::vector<Eigen::Triplet<double, Index>>;
-
 // Pivots below this share of the diagonal are round-off; the shift that then stands in for them.
 constexpr double weakest_pivot = 1e-11, shift = 1e-8;
+// Products before a Krylov method gives up.
+constexpr int most_products_symmetric = 1000, most_products_gmres = 150;
 
-PointState state_of(const PointLaw& law, double w, const double* p, const double* gap, double* slide) {
-  if (law.law == ContactLaw::tied) return PointState::stick;
-  const double tau_n = w * p[0] - gap[0];
-  if (!(w > 0) || !(tau_n > 0)) return PointState::open;
-  if (law.law == ContactLaw::frictionless) return PointState::normal;
-  const double t1 = w * p[1] - gap[1], t2 = w * p[2] - gap[2], length = std::hypot(t1, t2), limit = law.friction * tau_n;
-  if (length <= limit) return PointState::stick;
-  slide[0] = t1 / length, slide[1] = t2 / length;
-  // Beyond 1e12 w the tangential impulse across the slip is 0 to round-off.
-  slide[2] = w * std::min(1e12, limit > 0 ? (length - limit) / limit : 1e12);
-  return PointState::slide;
+// One entry of W, or a small block's worth of them: r^T W c over the closed rows.
+double between(const ContactProblem& problem, const SetBases& bases, Index j) {
+  double sum = 0;
+  for (SparseMatrix::InnerIterator r(bases.R, j); r; ++r)
+    for (SparseMatrix::InnerIterator c(bases.C, j); c; ++c) {
+      const Index row = bases.rows[r.row()], column = bases.rows[c.row()];
+      sum += r.value() * c.value() * (problem.W.is_sparse ? problem.W.sparse.coeff(row, column) : problem.W.dense(row, column));
+    }
+  return sum;
+}
+
+// Scale of each unknown that gives K a unit diagonal; what W itself has there bounds it where friction takes the diagonal away.
+Vector unit_scale(const ContactProblem& problem, const SetBases& bases) {
+  Vector scale(bases.size());
+  for (Index j = 0; j < bases.size(); ++j) {
+    double own = bases.alpha[j];
+    for (SparseMatrix::InnerIterator r(bases.R, j); r; ++r) own += r.value() * r.value() * problem.diagonal[bases.rows[r.row()]];
+    const double entry = bases.symmetric ? own : std::abs(between(problem, bases, j) + bases.alpha[j]);
+    scale[j] = 1 / std::sqrt(std::max(entry, 1e-3 * own));
+  }
+  return scale;
+}
+
+// W over the closed rows: sparse   (k x k)
+SparseMatrix sparse_part(const SparseMatrix& W, const std::vector<Index>& rows) {
+  std::vector<Index> position(W.rows(), -1);
+  for (std::size_t i = 0; i < rows.size(); ++i) position[rows[i]] = static_cast<Index>(i);
+  const Index k = static_cast<Index>(rows.size());
+  SparseMatrix part(k, k);
+  for (Index j = 0; j < k; ++j) {
+    part.startVec(j);
+    for (SparseMatrix::InnerIterator it(W, rows[j]); it; ++it)
+      if (position[it.row()] >= 0) part.insertBack(position[it.row()], j) = it.value();
+  }
+  part.finalize();
+  return part;
 }
 
 }  // namespace
 
-bool ContactSet::slides_anywhere() const { return std::find(states.begin(), states.end(), PointState::slide) != states.end(); }
-
-ContactSet contact_set(const ContactProblem& problem, const Vector& p, const Vector& gap) {
-  ContactSet set;
-  set.states.resize(problem.n_points());
-  set.slides.setZero(problem.n_points(), 3);
-  for (Index i = 0; i < problem.n_points(); ++i) {
-    const Index row = problem.first[i];
-    set.states[i] = state_of(problem.laws[i], problem.w[i], p.data() + row, gap.data() + row, set.slides.row(i).data());
-  }
-  return set;
-}
-
 struct SetMatrix::Impl {
-  SparseMatrix R, C;  // m x n
-  Vector alpha;       // n
-  Vector scale;       // n: K is factored as scale K scale, of unit diagonal
-  bool symmetric = true, shifted = false;
-  // Scaled K, kept where it is needed for refinement, and one of its factors.
+  const ContactProblem* problem = nullptr;
+  SetBases bases;
+  Vector scale;  // n: solved with scale K scale, of unit diagonal
+  LinearSolver solver = LinearSolver::factor;
+  bool shifted = false;
+  // W over the closed rows (k x k); dense and krylov: only when much smaller than W, which else serves itself.
   Matrix dense;
   SparseMatrix sparse;
-  bool is_sparse = false;
+  // One of the factors of scale K scale
   std::optional<Eigen::LLT<Matrix>> llt;
   std::optional<Eigen::PartialPivLU<Matrix>> lu;
   std::optional<SparseCholesky> cholesky;
   std::unique_ptr<Eigen::SparseLU<SparseMatrix>> sparse_lu;
 
-  Index size() const { return R.cols(); }
-  void bases(const ContactProblem& problem, const ContactSet& set);
-  void assemble(const ContactProblem& problem);
+  void gather();
   bool factor(double epsilon);
+  bool factor_sparse(double epsilon);
+  Matrix dense_matrix() const;
   Vector back_solve(const Vector& b) const;
+  Vector closed_response(const Vector& p) const;
+  Vector product(const Vector& x) const;
+  Vector refined(const Vector& b) const;
+  Vector iterated(const Vector& b, Vector x, double reduction) const;
 };
 
-// Columns: the directions of the equations (R) and of the unknowns (C).
-void SetMatrix::Impl::bases(const ContactProblem& problem, const ContactSet& set) {
-  Triplets rows, columns;
-  std::vector<double> diagonal;
-  Index n = 0;
-  const auto unit = [&](Index row) {
-    rows.emplace_back(row, n, 1.0), columns.emplace_back(row, n, 1.0);
-    diagonal.push_back(0), ++n;
-  };
-  for (Index i = 0; i < problem.n_points(); ++i) {
-    const Index row = problem.first[i];
-    if (set.states[i] == PointState::open) continue;
-    if (set.states[i] != PointState::slide) {
-      for (Index d = 0; d < (set.states[i] == PointState::stick ? 3 : 1); ++d)
-        if (problem.diagonal[row + d] > 0) unit(row + d);
-      continue;
-    }
-    symmetric = false;
-    const double mu = problem.laws[i].friction, d1 = set.slides(i, 0), d2 = set.slides(i, 1);
-    columns.emplace_back(row + 1, n, mu * d1), columns.emplace_back(row + 2, n, mu * d2);
-    unit(row);
-    for (Triplets* list : {&rows, &columns}) list->emplace_back(row + 1, n, -d2), list->emplace_back(row + 2, n, d1);
-    diagonal.push_back(set.slides(i, 2)), ++n;
+void SetMatrix::Impl::gather() {
+  if (problem->W.is_sparse) {
+    sparse = sparse_part(problem->W.sparse, bases.rows);
+  } else if (solver == LinearSolver::factor || 10 * static_cast<Index>(bases.rows.size()) < 7 * problem->n_rows()) {
+    dense = problem->W.dense(bases.rows, bases.rows);
   }
-  R.resize(problem.n_rows(), n), C.resize(problem.n_rows(), n);
-  R.setFromTriplets(rows.begin(), rows.end()), C.setFromTriplets(columns.begin(), columns.end());
-  alpha = Eigen::Map<const Vector>(diagonal.data(), n);
 }
 
-// K = R^T W C + diag(alpha), scaled to a unit diagonal   (n x n)
-void SetMatrix::Impl::assemble(const ContactProblem& problem) {
-  is_sparse = problem.W.is_sparse;
-  Vector diagonal;
-  if (is_sparse) {
-    sparse = R.transpose() * SparseMatrix(problem.W.sparse * C);
-    SparseMatrix D(size(), size());
-    D.setIdentity();
-    D.diagonal() = alpha;
-    sparse += D;
-    diagonal = sparse.diagonal();
-  } else if (symmetric) {
-    std::vector<Index> A(R.innerIndexPtr(), R.innerIndexPtr() + size());
-    dense = problem.W.dense(A, A);
-    diagonal = dense.diagonal();
-  } else {
-    dense = R.transpose() * Matrix(problem.W.dense * C);
-    dense.diagonal() += alpha;
-    diagonal = dense.diagonal();
+// scale (R^T W C + diag(alpha)) scale   (n x n)
+Matrix SetMatrix::Impl::dense_matrix() const {
+  if (bases.symmetric) return scale.asDiagonal() * dense * scale.asDiagonal();
+  Matrix K(bases.size(), bases.size());
+  Vector y(dense.rows());
+  for (Index j = 0; j < K.cols(); ++j) {
+    y.setZero();
+    for (SparseMatrix::InnerIterator c(bases.C, j); c; ++c) y += c.value() * scale[j] * dense.col(c.row());
+    for (Index i = 0; i < K.rows(); ++i) {
+      double sum = 0;
+      for (SparseMatrix::InnerIterator r(bases.R, i); r; ++r) sum += r.value() * y[r.row()];
+      K(i, j) = scale[i] * sum;
+    }
+    K(j, j) += bases.alpha[j] * scale[j] * scale[j];
   }
-  // What W has in the unknown's place: friction alone can make a diagonal entry small or negative
-  Vector own(size());
-  for (Index j = 0; j < size(); ++j) {
-    own[j] = alpha[j];
-    for (SparseMatrix::InnerIterator it(R, j); it; ++it) own[j] += it.value() * it.value() * problem.diagonal[it.row()];
+  return K;
+}
+
+bool SetMatrix::Impl::factor_sparse(double epsilon) {
+  SparseMatrix D(bases.size(), bases.size());
+  D.setIdentity();
+  D.diagonal() = Vector(bases.alpha.cwiseProduct(scale).cwiseProduct(scale).array() + epsilon);
+  SparseMatrix K = bases.R.transpose() * SparseMatrix(sparse * bases.C);
+  K = SparseMatrix(scale.asDiagonal() * K * scale.asDiagonal()) + D;
+  if (!bases.symmetric) {
+    sparse_lu = std::make_unique<Eigen::SparseLU<SparseMatrix>>(K);
+    return sparse_lu->info() == Eigen::Success;
   }
-  scale = diagonal.cwiseAbs().cwiseMax(1e-3 * own).cwiseSqrt().cwiseInverse();
-  if (is_sparse) {
-    sparse = scale.asDiagonal() * sparse * scale.asDiagonal();
-  } else {
-    dense.array().colwise() *= scale.array();
-    dense.array().rowwise() *= scale.transpose().array();
-  }
+  cholesky.emplace(K);
+  if (cholesky->ok() && (epsilon > 0 || cholesky->smallest_pivot() > weakest_pivot)) return true;
+  cholesky.reset();
+  return false;
 }
 
 // Factors scaled K + epsilon I; false when a pivot is round-off.
 bool SetMatrix::Impl::factor(double epsilon) {
-  if (is_sparse) {
-    SparseMatrix K = sparse;
-    if (epsilon > 0) K.diagonal().array() += epsilon;
-    if (symmetric) {
-      cholesky.emplace(K);
-      if (cholesky->ok() && (epsilon > 0 || cholesky->smallest_pivot() > weakest_pivot)) return true;
-      cholesky.reset();
-      return false;
-    }
-    sparse_lu = std::make_unique<Eigen::SparseLU<SparseMatrix>>(K);
-    return sparse_lu->info() == Eigen::Success;
-  }
-  Matrix K = dense;
+  if (problem->W.is_sparse) return factor_sparse(epsilon);
+  Matrix K = dense_matrix();
   K.diagonal().array() += epsilon;
-  if (symmetric) {
+  if (bases.symmetric) {
     llt.emplace(std::move(K));
     return llt->info() == Eigen::Success && (epsilon > 0 || llt->matrixLLT().diagonal().cwiseAbs2().minCoeff() > weakest_pivot);
   }
@@ -162,13 +147,56 @@ Vector SetMatrix::Impl::back_solve(const Vector& b) const {
   if (llt) return llt->solve(b);
   if (lu) return lu->solve(b);
   if (cholesky) return cholesky->solve(Matrix(b));
-  return sparse_lu->solve(b);
+  if (sparse_lu && sparse_lu->info() == Eigen::Success) return sparse_lu->solve(b);
+  return Vector::Constant(b.size(), std::numeric_limits<double>::quiet_NaN());
 }
 
-SetMatrix::SetMatrix(const ContactProblem& problem, const ContactSet& set) : impl_(std::make_unique<Impl>()) {
-  impl_->bases(problem, set);
-  if (impl_->size() == 0) return;
-  impl_->assemble(problem);
+Vector SetMatrix::Impl::closed_response(const Vector& p) const {
+  if (problem->W.is_sparse) return sparse * p;
+  if (dense.size() > 0) return dense.selfadjointView<Eigen::Lower>() * p;
+  Vector all = Vector::Zero(problem->n_rows());
+  all(bases.rows) = p;
+  return respond(*problem, all)(bases.rows);
+}
+
+Vector SetMatrix::Impl::product(const Vector& x) const {
+  const Vector y = scale.cwiseProduct(x);
+  return scale.cwiseProduct(bases.R.transpose() * closed_response(bases.C * y) + bases.alpha.cwiseProduct(y));
+}
+
+// The shift is taken back by refinement; what the shift alone holds (the null space of W) stays least.
+Vector SetMatrix::Impl::refined(const Vector& b) const {
+  Vector x = back_solve(b);
+  double last = std::numeric_limits<double>::infinity();
+  for (int i = 0; shifted && i < 20; ++i) {
+    const Vector r = b - product(x);
+    const double size = r.norm();
+    if (!(size > 1e-15 * b.norm()) || !(size < 0.7 * last)) break;
+    last = size;
+    x += back_solve(r);
+  }
+  return x;
+}
+
+Vector SetMatrix::Impl::iterated(const Vector& b, Vector x, double reduction) const {
+  const auto A = [this](const Vector& y) { return product(y); };
+  const double tolerance = std::max(1e-15 * b.norm(), reduction * (b - product(x)).norm());
+  if (bases.symmetric) {
+    conjugate_gradients(A, b, tolerance, most_products_symmetric, x);
+  } else {
+    gmres(A, b, tolerance, most_products_gmres, x);
+  }
+  return x;
+}
+
+SetMatrix::SetMatrix(const ContactProblem& problem, const ContactSet& set, LinearSolver solver) : impl_(std::make_unique<Impl>()) {
+  impl_->problem = &problem;
+  impl_->solver = solver;
+  impl_->bases = set_bases(problem, set);
+  if (impl_->bases.size() == 0) return;
+  impl_->scale = unit_scale(problem, impl_->bases);
+  impl_->gather();
+  if (solver == LinearSolver::krylov) return;
   impl_->shifted = !impl_->factor(0);
   if (impl_->shifted) impl_->factor(shift);
 }
@@ -176,26 +204,17 @@ SetMatrix::~SetMatrix() = default;
 SetMatrix::SetMatrix(SetMatrix&&) noexcept = default;
 SetMatrix& SetMatrix::operator=(SetMatrix&&) noexcept = default;
 
-Vector SetMatrix::solve(const Vector& g) const {
+Vector SetMatrix::solve(const Vector& g, const Vector& start, double reduction) const {
   const Impl& of = *impl_;
-  if (of.size() == 0) return Vector::Zero(g.size());
-  const Vector b = -of.scale.cwiseProduct(of.R.transpose() * g);
-  Vector x = of.back_solve(b);
-  // The shift is taken back by refinement; what the shift alone holds (the null space of W) stays least.
-  double last = std::numeric_limits<double>::infinity();
-  for (int i = 0; of.shifted && i < 20; ++i) {
-    Vector r = b;
-    if (of.is_sparse) {
-      r -= of.sparse * x;
-    } else {
-      r.noalias() -= of.dense * x;
-    }
-    const double size = r.norm();
-    if (!(size > 1e-15 * b.norm()) || !(size < 0.7 * last)) break;
-    last = size;
-    x += of.back_solve(r);
-  }
-  return of.C * of.scale.cwiseProduct(x);
+  Vector p = Vector::Zero(g.size());
+  if (of.bases.size() == 0) return p;
+  const Vector b = -of.scale.cwiseProduct(of.bases.R.transpose() * Vector(g(of.bases.rows)));
+  const Vector x =
+      of.solver == LinearSolver::factor
+          ? of.refined(b)
+          : of.iterated(b, Vector((of.bases.R.transpose() * Vector(start(of.bases.rows))).cwiseQuotient(of.scale)), reduction);
+  p(of.bases.rows) = of.bases.C * of.scale.cwiseProduct(x);
+  return p;
 }
 
 }  // namespace cbr

@@ -3,37 +3,23 @@
 #pragma once
 
 #include <memory>
-#include <vector>
 
-#include "dynamics/contact/contact_laws.hpp"
+#include "dynamics/contact/contact_set.hpp"
 
 namespace cbr {
 
-enum class PointState : char {
-  open,    // p = 0
-  normal,  // gap_n = 0, one row
-  stick,   // all three gaps 0; tied points always
-  slide    // gap_n = 0, p_t along the slip
-};
+enum class LinearSolver : char { factor, krylov };
 
-struct ContactSet {
-  std::vector<PointState> states;
-  Points slides;  // of sliding points: (d_1, d_2, alpha), d the unit direction of p_t
-  bool slides_anywhere() const;
-};
-
-// What the natural map says about p and gap = g + W p: the argument of each projection decides.
-ContactSet contact_set(const ContactProblem& problem, const Vector& p, const Vector& gap);
-
-// K = R^T W C + diag(alpha)   (n x n), p = C x; symmetric when nothing slides.
+// K = R^T W C + diag(alpha)   (n x n), p = C x; symmetric when nothing slides. Cholesky or LU, sparse or dense as W is; krylov:
+// conjugate gradients or GMRES. A singular K is shifted by 1e-8 of its diagonal, and the shift taken back by refinement.
 class SetMatrix {
  public:
-  SetMatrix(const ContactProblem& problem, const ContactSet& set);
+  SetMatrix(const ContactProblem& problem, const ContactSet& set, LinearSolver solver);
   ~SetMatrix();
   SetMatrix(SetMatrix&&) noexcept;
   SetMatrix& operator=(SetMatrix&&) noexcept;
-  // p (m) with R^T (g + W C x) + alpha x = 0.
-  Vector solve(const Vector& g) const;
+  // p (m) with R^T (g + W C x) + alpha x = 0. krylov: from `start` (m), its residual reduced by the factor `reduction`.
+  Vector solve(const Vector& g, const Vector& start, double reduction) const;
 
  private:
   struct Impl;

@@ -73,4 +73,76 @@ inline Verdict judge(const GapResponse& W, const std::vector<PointLaw>& laws, co
   return v;
 }
 
+// A press of n x n points, spacing 1, of one law: W, and the gaps of a ball that a uniform and a turning slip drags along.
+struct Press {
+  GapResponse W;
+  std::vector<PointLaw> laws;
+  Vector g;
+};
+
+// Blocks T_i T_j^T k(distance), T_i = I + a small smooth part: positive definite, normal and tangential rows coupled.
+inline Matrix3 mixing(double x, double y) {
+  Matrix3 T = Matrix3::Identity();
+  T(0, 1) = 0.2 * std::sin(0.3 * x), T(1, 2) = 0.2 * std::cos(0.4 * y), T(2, 0) = 0.15 * std::sin(0.2 * (x + y));
+  return T;
+}
+
+// Gaps of a ball; `radius`: of the circle where it is under the surface, as a share of the side.
+inline Vector ball_gaps(Index n, ContactLaw law, double radius) {
+  const Index rows = n_rows(law);
+  Vector g(n * n * rows);
+  const double half = 0.5 * static_cast<double>(n - 1), reach = radius * static_cast<double>(n);
+  for (Index k = 0; k < n * n; ++k) {
+    const double x = static_cast<double>(k % n) - half, y = static_cast<double>(k / n) - half;
+    g[k * rows] = 1e-3 * ((x * x + y * y) / (reach * reach) - 1);
+    if (rows == 3) g[k * rows + 1] = 2e-4 - 3e-4 * y / reach, g[k * rows + 2] = 3e-4 * x / reach;
+  }
+  return g;
+}
+
+// Every point answers to every other: `soft` as the half-space under a static load (condition of the order of n), else as one under
+// a short step, exp(-distance).
+inline Press dense_press(Index n, ContactLaw law, double friction, bool soft, double radius = 0.6) {
+  const Index rows = n_rows(law), m = n * n * rows;
+  Press press{{}, all(n * n, law, friction), ball_gaps(n, law, radius)};
+  press.W.dense.resize(m, m);
+  for (Index j = 0; j < n * n; ++j) {
+    const double xj = static_cast<double>(j % n), yj = static_cast<double>(j / n);
+    for (Index i = 0; i < n * n; ++i) {
+      const double xi = static_cast<double>(i % n), yi = static_cast<double>(i / n), distance = std::hypot(xi - xj, yi - yj);
+      const double k = soft ? 1 / std::sqrt(distance * distance + 0.3) : std::exp(-distance);
+      press.W.dense.block(i * rows, j * rows, rows, rows) =
+          k * (mixing(xi, yi) * mixing(xj, yj).transpose()).topLeftCorner(rows, rows);
+    }
+  }
+  return press;
+}
+
+// Lumped meshes: each point lies in a face of a master grid of n + 1 x n + 1 nodes. W = 1/m_s I + N M^-1 N^T, N bilinear, three
+// directions mixed by T_i.
+inline Press sparse_press(Index n, ContactLaw law, double friction, double radius = 0.6) {
+  const Index rows = n_rows(law), m = n * n * rows;
+  Press press{{}, all(n * n, law, friction), ball_gaps(n, law, radius)};
+  std::vector<Eigen::Triplet<double, Index>> entries;
+  for (Index k = 0; k < n * n; ++k) {
+    const double x = static_cast<double>(k % n), y = static_cast<double>(k / n);
+    const double u = 0.5 + 0.4 * std::sin(x), v = 0.5 + 0.4 * std::cos(y);
+    const Matrix3 T = mixing(x, y);
+    for (Index d = 0; d < rows; ++d)
+      for (Index c = 0; c < 3; ++c) {
+        entries.emplace_back(k * rows + d, 3 * k + c, T(d, c));
+        for (Index corner = 0; corner < 4; ++corner) {
+          const Index node = (k / n + corner / 2) * (n + 1) + k % n + corner % 2;
+          const double N = (corner % 2 ? u : 1 - u) * (corner / 2 ? v : 1 - v);
+          entries.emplace_back(k * rows + d, 3 * (n * n + node) + c, -1.5 * N * T(d, c));
+        }
+      }
+  }
+  SparseMatrix G(m, 3 * (n * n + (n + 1) * (n + 1)));
+  G.setFromTriplets(entries.begin(), entries.end());
+  press.W.is_sparse = true;
+  press.W.sparse = G * SparseMatrix(G.transpose());
+  return press;
+}
+
 }  // namespace cbr::test
