@@ -35,9 +35,9 @@ Vector3 relative_motion(const ContactList& list, const ContactPoint& point, cons
 
 Vector3 slave_position(const ContactList& list, const ContactPoint& point, const std::vector<ContactBody>& bodies) {
   Vector3 x = Vector3::Zero();
-  for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {
+  for (Index t = point.first_term; t < point.first_term + point.n_slave_terms; ++t) {
     const ContactTerm& term = list.terms[t];
-    if (term.coefficient > 0) x += term.coefficient * bodies[term.body].end.row(term.node).transpose();
+    x += term.coefficient * bodies[term.body].end.row(term.node).transpose();
   }
   return x;
 }

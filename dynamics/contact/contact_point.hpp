@@ -41,8 +41,9 @@ struct ContactPoint {
   double start_gap = 0;               // normal . r - offset at the start of the step
   double area = 0;                    // of the slave surface that it stands for, undeformed
   Index slot = 0;                     // slave node (position in the slave surface's nodes) that it belongs to
-  Index face = -1;                    // master face (node-face only)
+  Index face = -1;                    // master face; of several the one with the largest share
   Index first_term = 0, n_terms = 0;  // in ContactList::terms
+  Index n_slave_terms = 1;            // those of the slave come first
   Vector3 normal() const { return frame.row(0).transpose(); }
 };
 

@@ -34,15 +34,22 @@ struct ContactSurface {
   Index body = 0;            // index into the contact bodies
   std::vector<Index> nodes;  // of the faces, ascending, contact nodes of the body
   IndexTable faces;          // f x 4, contact nodes of the body; a triangle repeats its last
-  Vector sizes;              // f, sqrt of the undeformed area: the face's length scale
-  double size = 0;           // their mean
-  Vector areas;              // of `nodes`: their share of the undeformed area, a face's shared by its corners
+  // f x 4 or empty, of mortar only: the mid-side nodes of faces of second order, between corner a and the next; a triangle has
+  // three. -1: none. Elsewhere such faces are cut into linear ones.
+  IndexTable middle;
+  Vector sizes;     // f, sqrt of the undeformed area: the face's length scale
+  double size = 0;  // their mean
+  Vector areas;     // of `nodes`: their share of the undeformed area, a face's shared by its corners
 };
 
 // Sizes and areas; `points` are the undeformed contact nodes of the body.
 void fill_sizes(ContactSurface& surface, const Points& points);
 
 inline bool is_triangle(const ContactSurface& surface, Index face) { return surface.faces(face, 2) == surface.faces(face, 3); }
+
+inline bool is_quadratic(const ContactSurface& surface, Index face) {
+  return surface.middle.rows() > 0 && surface.middle(face, 0) >= 0;
+}
 
 FaceCorners corners(const ContactSurface& surface, Index face, const Points& points);
 

@@ -34,9 +34,12 @@ struct Group {
 class TermSums {
  public:
   explicit TermSums(Index n_nodes) : sums_(n_nodes, 0.0), seen_(n_nodes, 0) {}
-  void add(Index node, double value) {
-    if (!seen_[node]) seen_[node] = 1, nodes_.push_back(node);
-    sums_[node] += value;
+  // Values of a face's corners and mid-side nodes.
+  void add(const ContactSurface& surface, Index face, const Eigen::Matrix<double, 1, 8>& values) {
+    for (int a = 0; a < (is_triangle(surface, face) ? 3 : 4); ++a) add(surface.faces(face, a), values[a]);
+    if (!is_quadratic(surface, face)) return;
+    for (int a = 0; a < 4; ++a)
+      if (surface.middle(face, a) >= 0) add(surface.middle(face, a), values[4 + a]);
   }
   // Appends sign x sum / (sum of all), ascending by node, and empties it.
   void flush(Index body, double sign, std::vector<ContactTerm>& terms) {
@@ -51,6 +54,11 @@ class TermSums {
   }
 
  private:
+  void add(Index node, double value) {
+    if (!seen_[node]) seen_[node] = 1, nodes_.push_back(node);
+    sums_[node] += value;
+  }
+
   std::vector<double> sums_;
   std::vector<char> seen_;
   std::vector<Index> nodes_;
@@ -142,22 +150,21 @@ void add_point(const MortarStep& step, const std::vector<FacePair>& pairs, const
   for (const Corner* corner : of) {
     const FacePair& pair = pairs[corner->segment];
     const double D = pair.segment.D.row(corner->j).sum();
-    for (int k = 0; k < n_corners(step.slave, pair.slave_face); ++k)
-      slave_sums.add(step.slave.faces(pair.slave_face, k), pair.segment.D(corner->j, k));
-    for (int l = 0; l < n_corners(step.master, pair.master_face); ++l)
-      master_sums.add(step.master.faces(pair.master_face, l), pair.segment.M(corner->j, l));
+    slave_sums.add(step.slave, pair.slave_face, pair.segment.D.row(corner->j));
+    master_sums.add(step.master, pair.master_face, pair.segment.M.row(corner->j));
     area_vector += D * pair.normal;
     point.area += D;
     if (D > largest) largest = D, point.face = pair.master_face;
   }
   slave_sums.flush(step.slave.body, 1, list.terms);
+  point.n_slave_terms = static_cast<Index>(list.terms.size()) - point.first_term;
   master_sums.flush(step.master.body, -1, list.terms);
   const Vector3 normal = -area_vector.stableNormalized();
   const auto gap = [&](const Points& slave, const Points& master) {
     Vector3 r = Vector3::Zero();
-    for (std::size_t t = point.first_term; t < list.terms.size(); ++t) {
+    for (Index t = point.first_term; t < static_cast<Index>(list.terms.size()); ++t) {
       const ContactTerm& term = list.terms[t];
-      r += term.coefficient * (term.coefficient > 0 ? slave : master).row(term.node).transpose();
+      r += term.coefficient * (t < point.first_term + point.n_slave_terms ? slave : master).row(term.node).transpose();
     }
     return normal.dot(r);
   };

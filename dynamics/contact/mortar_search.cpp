@@ -70,6 +70,7 @@ SlaveFace slave_face(const MortarStep& step, const PairMemory& memory, Index fac
   s.frame = contact_frame(mean_normal(seen));
   s.origin = centre(seen);
   s.flat = flatten(seen, s.triangle, s.frame, s.origin, true);
+  s.flat.quadratic = is_quadratic(step.slave, face);
   return s;
 }
 
@@ -80,19 +81,34 @@ FaceCorners between(const FaceCorners& start, const FaceCorners& end, double t) 
 }
 
 // What the faces share when t of the step is over.
-Segment segment_at(const SlaveFace& s, const FaceCorners& start, const FaceCorners& end, bool triangle, double t) {
+Segment segment_at(const MortarStep& step, const SlaveFace& s, Index face, double t) {
+  const FaceCorners start = corners(step.master, face, step.master_body.start),
+                    end = corners(step.master, face, step.master_body.end);
   const FaceCorners slave = between(s.start, s.end, t);
   const Matrix3 frame = contact_frame(mean_normal(slave));
   const Vector3 origin = centre(slave);
-  return integrate(flatten(slave, s.triangle, frame, origin, true),
-                   flatten(between(start, end, t), triangle, frame, origin, false));
+  FlatFace of_slave = flatten(slave, s.triangle, frame, origin, true),
+           of_master = flatten(between(start, end, t), is_triangle(step.master, face), frame, origin, false);
+  of_slave.quadratic = is_quadratic(step.slave, s.face), of_master.quadratic = is_quadratic(step.master, face);
+  return integrate(of_slave, of_master);
 }
 
-double mean_gap(const Segment& segment, const Vector3& normal, const FaceCorners& slave, const FaceCorners& master) {
-  const Eigen::RowVector4d of_slave = segment.D.colwise().sum(), of_master = segment.M.colwise().sum();
+// sum of the face's nodes weighed by columns of D or M.
+Vector3 weighted_sum(const CornerByNode& weights, const ContactSurface& surface, Index face, const Points& points) {
+  const Eigen::Matrix<double, 1, 8> w = weights.colwise().sum();
   Vector3 r = Vector3::Zero();
-  for (int a = 0; a < 4; ++a) r += of_master[a] * master[a] - of_slave[a] * slave[a];
-  return normal.dot(r) / segment.area;
+  for (int a = 0; a < 4; ++a) r += w[a] * points.row(surface.faces(face, a)).transpose();
+  if (!is_quadratic(surface, face)) return r;
+  for (int a = 0; a < 4; ++a)
+    if (surface.middle(face, a) >= 0) r += w[4 + a] * points.row(surface.middle(face, a)).transpose();
+  return r;
+}
+
+// Mean over what they share, with the bodies' points at one time.
+double mean_gap(const MortarStep& step, const FacePair& pair, const Points& slave, const Points& master) {
+  const Vector3 r = weighted_sum(pair.segment.M, step.master, pair.master_face, master) -
+                    weighted_sum(pair.segment.D, step.slave, pair.slave_face, slave);
+  return pair.normal.dot(r) / pair.segment.area;
 }
 
 // Least and largest gap that the corners allow, along the slave's normal.
@@ -129,26 +145,28 @@ bool meets(const MortarStep& step, const PairMemory& memory, const SlaveFace& s,
   if (gap_range(normal, s.start, start)[1] < -std::max(step.master.sizes[face], step.slave.sizes[s.face])) return false;
   const bool triangle = is_triangle(step.master, face);
   pair.slave_face = s.face, pair.master_face = face, pair.normal = normal;
-  pair.segment = integrate(s.flat, flatten(seen, triangle, s.frame, s.origin, false));
+  FlatFace flat = flatten(seen, triangle, s.frame, s.origin, false);
+  flat.quadratic = is_quadratic(step.master, face);
+  pair.segment = integrate(s.flat, flat);
   pair.on_the_way = !(pair.segment.area > 0);
   if (pair.on_the_way) {
     const double g0 = normal.dot(centre(start) - centre(s.start)), g1 = normal.dot(centre(end) - centre(s.end));
     if (!(g0 > 0 && g1 < 0)) return false;
-    pair.segment = segment_at(s, start, end, triangle, g0 / (g0 - g1));
+    pair.segment = segment_at(step, s, face, g0 / (g0 - g1));
     if (!(pair.segment.area > 0)) return false;
   }
-  pair.end_gap = mean_gap(pair.segment, normal, s.end, end);
-  pair.start_gap = mean_gap(pair.segment, normal, s.start, start);
+  pair.end_gap = mean_gap(step, pair, step.slave_body.end, step.master_body.end);
+  pair.start_gap = mean_gap(step, pair, step.slave_body.start, step.master_body.start);
   if (pair.end_gap > step.far) return false;
   if (pair.start_gap < 0) {
     if (-pair.start_gap > allowed_depth(step, memory, s, face, master_normal)) return false;
     // Sides of bodies that only now come to lie behind each other
-    if (!s.at_start && !(segment_at(s, start, end, triangle, 0).area > 0)) return false;
+    if (!s.at_start && !(segment_at(step, s, face, 0).area > 0)) return false;
   }
   if (pair.on_the_way || pair.start_gap <= 0) return true;
   // It may have come around the rim
   const double depth = step.options.late_depth * step.master.sizes[face];
-  return pair.end_gap >= -depth || segment_at(s, start, end, triangle, pair.start_gap / (pair.start_gap - pair.end_gap)).area > 0;
+  return pair.end_gap >= -depth || segment_at(step, s, face, pair.start_gap / (pair.start_gap - pair.end_gap)).area > 0;
 }
 
 // The area that two master faces and the slave face share.

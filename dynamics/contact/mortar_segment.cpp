@@ -14,7 +14,8 @@ namespace {
 
 constexpr int capacity = 128;  // of a batch of quadrature points
 using Batch = Eigen::Array<double, Eigen::Dynamic, 1, Eigen::ColMajor, capacity, 1>;
-using Shapes = Eigen::Array<double, Eigen::Dynamic, 4, Eigen::ColMajor, capacity, 4>;  // columns: corners of the face
+using Shapes = Eigen::Array<double, Eigen::Dynamic, 4, Eigen::ColMajor, capacity, 4>;      // columns: corners of the face
+using NodeShapes = Eigen::Array<double, Eigen::Dynamic, 8, Eigen::ColMajor, capacity, 8>;  // and its mid-side nodes
 
 struct TrianglePoint {
   double s, t, weight;  // weights sum to 1
@@ -135,25 +136,58 @@ int line_points(double rate) {
   return std::clamp(static_cast<int>(std::ceil(0.5 * (2 + 10 * std::numbers::ln10 / std::log(rate)))), 3, max_line);
 }
 
+// The face's own shape functions, of second order, from those of its corners.
+NodeShapes quadratic_shapes(bool triangle, const Shapes& N) {
+  NodeShapes Q = NodeShapes::Zero(N.rows(), 8);
+  if (triangle) {
+    for (int a = 0; a < 3; ++a) Q.col(a) = N.col(a) * (2 * N.col(a) - 1), Q.col(4 + a) = 4 * N.col(a) * N.col((a + 1) % 3);
+    return Q;
+  }
+  const Batch s = N.col(1) + N.col(2) - N.col(0) - N.col(3), t = N.col(2) + N.col(3) - N.col(0) - N.col(1);
+  Q.col(4) = 0.5 * (1 - s * s) * (1 - t), Q.col(5) = 0.5 * (1 + s) * (1 - t * t);
+  Q.col(6) = 0.5 * (1 - s * s) * (1 + t), Q.col(7) = 0.5 * (1 - s) * (1 - t * t);
+  for (int a = 0; a < 4; ++a) Q.col(a) = N.col(a) - 0.5 * (Q.col(4 + a) + Q.col(4 + (a + 3) % 4));
+  return Q;
+}
+
+void add_products(const Shapes& weighted, const Shapes& corners, bool quadratic, bool triangle, CornerByNode& sum) {
+  if (quadratic) {
+    sum += weighted.matrix().transpose().lazyProduct(quadratic_shapes(triangle, corners).matrix());
+  } else {
+    sum.leftCols<4>() += weighted.matrix().transpose().lazyProduct(corners.matrix());
+  }
+}
+
+// Two pieces and the faces that they are of.
+struct Overlap {
+  const FlatFace &slave_face, &master_face;
+  const FacePiece &slave, &master;
+  const Polygon& shared;
+};
+
 // Adds the integrals over a batch of points with weights w.
-void add_batch(const FacePiece& slave, const FacePiece& master, const Batch& x, const Batch& y, const Batch& w, Segment& segment) {
+void add_batch(const Overlap& of, const Batch& x, const Batch& y, const Batch& w, Segment& segment) {
   Shapes of_slave, of_master;
-  shape_functions(slave, x, y, of_slave), shape_functions(master, x, y, of_master);
+  shape_functions(of.slave, x, y, of_slave), shape_functions(of.master, x, y, of_master);
   const Shapes weighted = of_slave.colwise() * w;
-  segment.D += weighted.matrix().transpose().lazyProduct(of_slave.matrix());
-  segment.M += weighted.matrix().transpose().lazyProduct(of_master.matrix());
+  add_products(weighted, of_slave, of.slave_face.quadratic, of.slave_face.triangle, segment.D);
+  add_products(weighted, of_master, of.master_face.quadratic, of.master_face.triangle, segment.M);
   segment.area += w.sum();
 }
 
-void add_polygon(const FacePiece& slave, const FacePiece& master, const Polygon& shared, double sliver, Segment& segment) {
+void add_polygon(const Overlap& of, double sliver, Segment& segment) {
+  const Polygon& shared = of.shared;
   Batch x(shared.n), y(shared.n), w;
   for (int i = 0; i < shared.n; ++i) x[i] = shared.x[i][0], y[i] = shared.x[i][1];
-  const auto& points = triangle_points(line_points(std::min(convergence(slave, x, y), convergence(master, x, y))));
+  // Six points are exact to degree 4, three on a line to 5: a face of second order has 3 itself
+  const int least = of.slave_face.quadratic || of.master_face.quadratic ? 3 : 0;
+  const int n_line = std::max(least, line_points(std::min(convergence(of.slave, x, y), convergence(of.master, x, y))));
+  const auto& points = triangle_points(n_line);
   const Index n_points = static_cast<Index>(points.size());
   x.resize(capacity), y.resize(capacity), w.resize(capacity);
   Index n = 0;
   const auto flush = [&] {
-    if (n > 0) add_batch(slave, master, x.head(n), y.head(n), w.head(n), segment);
+    if (n > 0) add_batch(of, x.head(n), y.head(n), w.head(n), segment);
     n = 0;
   };
   for (int i = 2; i < shared.n; ++i) {
@@ -175,6 +209,7 @@ FlatFace flatten(const FaceCorners& corners, bool triangle, const Matrix3& frame
   std::array<Vector2, 4> x;
   for (int a = 0; a < 4; ++a) x[a] = frame.bottomRows<2>() * (corners[a] - origin);
   FlatFace face;
+  face.triangle = triangle;
   const auto add = [&](FacePiece piece) {
     if (complete(x, counter_clockwise, piece)) face.pieces[face.n_pieces++] = piece;
   };
@@ -208,7 +243,7 @@ Segment integrate(const FlatFace& slave, const FlatFace& master, double sliver) 
       const FacePiece &s = slave.pieces[i], &m = master.pieces[j];
       const double smallest = sliver * std::min(s.area, m.area);
       const Polygon shared = clip(s.outline, m.outline);
-      if (shared.n >= 3 && area(shared) > smallest) add_polygon(s, m, shared, 1e-3 * smallest, segment);
+      if (shared.n >= 3 && area(shared) > smallest) add_polygon({slave, master, s, m, shared}, 1e-3 * smallest, segment);
     }
   }
   return segment;

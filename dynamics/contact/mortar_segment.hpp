@@ -24,21 +24,28 @@ struct FacePiece {
 
 // A face in the plane of `frame` (rows: normal, two tangents).
 struct FlatFace {
+  bool triangle = false;
+  bool quadratic = false;  // of second order: with nodes between the corners
   int n_pieces = 0;
   std::array<FacePiece, 2> pieces;
 };
 // Pieces without area, or whose sense of rotation about the normal is not `counter_clockwise`, are left out.
 FlatFace flatten(const FaceCorners& corners, bool triangle, const Matrix3& frame, const Vector3& origin, bool counter_clockwise);
 
-// Integrals over what a slave and a master face share; corners beyond a triangle's third are 0.
+// Corner by node: corners, then mid-side nodes. What a triangle or a linear face does not have is 0.
+using CornerByNode = Eigen::Matrix<double, 4, 8>;
+
+// Integrals over what a slave and a master face share.
 struct Segment {
-  Eigen::Matrix4d D = Eigen::Matrix4d::Zero();  // D_jk = int N_j N_k dA, both of the slave
-  Eigen::Matrix4d M = Eigen::Matrix4d::Zero();  // M_jl = int N_j N_l dA, l of the master
+  CornerByNode D = CornerByNode::Zero();  // D_jk = int N_j N_k dA, both of the slave
+  CornerByNode M = CornerByNode::Zero();  // M_jl = int N_j N_l dA, l of the master
   double area = 0;
 };
-// Slave and master are integrated with the same points, so that rows of D and M have the same sum, and any linear field is carried
-// over exactly, whatever the error of the quadrature; that is none for parallelograms and triangles and about 1e-10 for other
-// quads. What is smaller than `sliver` times the smaller face is left out.
+// Multipliers are linear on faces of second order too: N_j of the corners alone, all of one sign, as a pressure is (the nodal
+// forces of a uniform pressure on an 8-node face are not). N_k and N_l are those of the face, of straight sides: what the corners
+// span is integrated over. Slave and master are integrated with the same points, so that rows of D and M have the same sum, and any
+// linear field is carried over exactly, whatever the error of the quadrature; that is none for parallelograms and triangles and
+// about 1e-10 for other quads. What is smaller than `sliver` times the smaller face is left out.
 Segment integrate(const FlatFace& slave, const FlatFace& master, double sliver = 1e-12);
 
 }  // namespace cbr

@@ -25,22 +25,28 @@ Surface unseen(const Surface& surface, Seen& seen) {
   return fresh;
 }
 
-}  // namespace
-
-IndexTable contact_faces(const Surface& surface) {
-  Seen seen;
-  return linear_faces(unseen(surface, seen)).faces;
+// f x 8, see whole_faces.
+IndexTable whole(const Surface& surface) {
+  IndexTable faces = IndexTable::Constant(surface.n_faces(), 8, -1);
+  const bool triangle = surface.kind == FaceKind::tri3 || surface.kind == FaceKind::tri6;
+  const int n = triangle ? 3 : 4;
+  faces.leftCols(n) = surface.faces.leftCols(n);
+  if (triangle) faces.col(3) = faces.col(2);
+  if (surface.faces.cols() == 2 * n) faces.middleCols(4, n) = surface.faces.rightCols(n);
+  return faces;
 }
 
-IndexTable all_faces(const Geometry& geometry) {
+// The faces of all surfaces, each once, as `table` gives them.
+template <typename Table>
+IndexTable join(const Geometry& geometry, const Table& table) {
   Seen seen;
   std::vector<IndexTable> parts;
   Index n = 0;
   for (const auto& [name, surface] : geometry.surfaces) {
-    parts.push_back(linear_faces(unseen(surface, seen)).faces);
+    parts.push_back(table(unseen(surface, seen)));
     n += parts.back().rows();
   }
-  IndexTable faces(n, 4);
+  IndexTable faces(n, parts.empty() ? 4 : parts.front().cols());
   n = 0;
   for (const IndexTable& part : parts) {
     faces.middleRows(n, part.rows()) = part;
@@ -48,6 +54,24 @@ IndexTable all_faces(const Geometry& geometry) {
   }
   return faces;
 }
+
+}  // namespace
+
+IndexTable contact_faces(const Surface& surface) {
+  Seen seen;
+  return linear_faces(unseen(surface, seen)).faces;
+}
+
+IndexTable whole_faces(const Surface& surface) {
+  Seen seen;
+  return whole(unseen(surface, seen));
+}
+
+IndexTable all_faces(const Geometry& geometry) {
+  return join(geometry, [](const Surface& surface) { return linear_faces(surface).faces; });
+}
+
+IndexTable all_whole_faces(const Geometry& geometry) { return join(geometry, whole); }
 
 bool has_faces(const Geometry& geometry) {
   return std::any_of(geometry.surfaces.begin(), geometry.surfaces.end(), [](const auto& s) { return s.second.n_faces() > 0; });
@@ -59,8 +83,10 @@ void turn_over(IndexTable& faces) {
     if (row(2) == row(3)) {
       std::swap(row(1), row(2));
       row(3) = row(2);
+      if (row.size() == 8) std::swap(row(4), row(6));
     } else {
       std::swap(row(1), row(3));
+      if (row.size() == 8) std::swap(row(4), row(7)), std::swap(row(5), row(6));
     }
   }
 }

@@ -130,28 +130,38 @@ class Sides {
     return at->second;
   }
 
-  // In the contact nodes of its body, which are known by now.
-  const ContactSurface& surface(const SideName& name, const std::map<Index, Index>& contact_of_instance) {
-    const auto [at, is_new] = surfaces_.try_emplace(name);
+  // In the contact nodes of its body, which are known by now. `whole`: faces of second order are not cut into linear ones.
+  const ContactSurface& surface(const SideName& name, bool whole, const std::map<Index, Index>& contact_of_instance) {
+    const auto [at, is_new] = surfaces_.try_emplace({name, whole});
     ContactSurface& surface = at->second;
     if (!is_new) return surface;
     surface.name = built_.instances[name.instance].name + "." + name.surface;
     surface.body = contact_of_instance.at(name.instance);
-    surface.faces = faces_.at(name);
     const ContactNodes& contact = built_.simulation.contact_nodes[surface.body];
-    for (Index i = 0; i < surface.faces.size(); ++i) {
-      Index& node = surface.faces.data()[i];
-      node = std::lower_bound(contact.nodes.begin(), contact.nodes.end(), node) - contact.nodes.begin();
-    }
-    surface.nodes = nodes_of(surface.faces);
+    const auto local = [&](Index node) {
+      return node < 0 ? node : std::lower_bound(contact.nodes.begin(), contact.nodes.end(), node) - contact.nodes.begin();
+    };
+    const IndexTable faces = (whole ? whole_faces_of(name) : faces_.at(name)).unaryExpr(local);
+    surface.nodes = nodes_of(faces);
+    if (surface.nodes.front() < 0) surface.nodes.erase(surface.nodes.begin());
+    surface.faces = faces.leftCols(4);
+    if (whole && faces.rightCols(4).maxCoeff() >= 0) surface.middle = faces.rightCols(4);
     fill_sizes(surface, built_.simulation.bodies[contact.body]->reference_positions()(contact.nodes, Eigen::all));
     return surface;
   }
 
  private:
+  IndexTable whole_faces_of(const SideName& name) const {
+    const auto& of = built_.instances[name.instance];
+    IndexTable faces =
+        name.whole ? all_whole_faces(*of.geometry) : whole_faces(find_surface(*of.geometry, of.name, name.surface, {}));
+    if (of.placement.T.determinant() < 0) turn_over(faces);
+    return faces;
+  }
+
   const BuiltScene& built_;
   std::map<SideName, IndexTable> faces_;
-  std::map<SideName, ContactSurface> surfaces_;
+  std::map<std::pair<SideName, bool>, ContactSurface> surfaces_;
 };
 
 // Two parts of one body may meet (the prongs of a fork), but not where they hang together.
@@ -234,7 +244,8 @@ ContactPair pair_of(const Entry& entry, const std::map<Index, Index>& contact_of
   pair.damping = options.damping;
   pair.adjust = options.adjust;
   pair.memory.adjust = pair.back.adjust = options.adjust.value_or(0);
-  const ContactSurface& first = sides.surface(entry.first, contact_of_instance);
+  const bool whole = pair.formulation == Formulation::mortar && pair.law.law != ContactLaw::tied;
+  const ContactSurface& first = sides.surface(entry.first, whole, contact_of_instance);
   pair.name = first.name + " - ";
   if (entry.wall) {
     pair.name += entry.wall->name;
@@ -243,7 +254,7 @@ ContactPair pair_of(const Entry& entry, const std::map<Index, Index>& contact_of
     pair.master.name = entry.wall->name, pair.master.body = first.body, pair.master.size = first.size;
     return pair;
   }
-  const ContactSurface& second = sides.surface(entry.second, contact_of_instance);
+  const ContactSurface& second = sides.surface(entry.second, whole, contact_of_instance);
   pair.name += second.name;
   pair.slave_is_first = !(second.size < first.size * (1 - 1e-6));
   pair.slave = pair.slave_is_first ? first : second;

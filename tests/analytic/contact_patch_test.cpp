@@ -7,6 +7,7 @@
 
 #include "common/mesh/surface.hpp"
 #include "dynamics/contact/mortar.hpp"
+#include "dynamics/setup/contact_faces.hpp"
 #include "tests/support/solve.hpp"
 #include "tests/unit/common/elements/box_mesh.hpp"
 
@@ -31,7 +32,7 @@ Vector3 distorted(const Vector3& x, double share) {
   return x + share * Vector3(u * (wave + 4 * v), v * (std::cos(11 * x[1] - 7 * x[0]) - 3 * u), 0);
 }
 
-ContactSurface surface_at(const Mesh& mesh, double z, Index body) {
+ContactSurface surface_at(const Mesh& mesh, double z, Index body, bool whole) {
   Sideset sides{"face", 1, {}};
   const Block& block = mesh.blocks[0];
   for (Index e = 0; e < block.connectivity.rows(); ++e) {
@@ -45,13 +46,15 @@ ContactSurface surface_at(const Mesh& mesh, double z, Index body) {
   ContactSurface contact;
   contact.name = "face", contact.body = body;
   contact.nodes = surface_nodes(surface);
-  contact.faces = linear_faces(surface).faces;
+  const IndexTable faces = whole ? whole_faces(surface) : contact_faces(surface);
+  contact.faces = faces.leftCols(4);
+  if (whole) contact.middle = faces.rightCols(4);
   fill_sizes(contact, mesh.coordinates);
   return contact;
 }
 
 // A unit cube from z = floor up.
-Half half(ElementType type, std::array<Index, 3> cells, double share, double floor, double E, double sunk, Index body) {
+Half half(ElementType type, std::array<Index, 3> cells, double share, double floor, double E, double sunk, Index body, bool whole) {
   const Material material{E, 0.3, 1};
   Half h;
   h.mesh = box_mesh(type, cells, Vector3::Ones(), [&](const Vector3& x) { return distorted(x, share); });
@@ -61,7 +64,7 @@ Half half(ElementType type, std::array<Index, 3> cells, double share, double flo
   const auto& x = h.mesh.coordinates;
   h.exact = x * (0.3 * pressure / E);
   h.exact.col(2).array() = -pressure / E * (x.col(2).array() - floor) - sunk;
-  h.surface = surface_at(h.mesh, 1, body);
+  h.surface = surface_at(h.mesh, 1, body, whole);
   h.body.start = h.body.end = x;
   return h;
 }
@@ -134,8 +137,9 @@ struct Meshes {
 };
 
 Patch solve(const Meshes& of, bool slave_is_upper, Detect search) {
-  Half lower = half(of.lower, of.lower_cells, of.share, 0, 1000, 0, 0),
-       upper = half(of.upper, of.upper_cells, 0.8 * of.share, 1, 400, pressure / 1000, 1);
+  const bool whole = search == &detect_mortar;
+  Half lower = half(of.lower, of.lower_cells, of.share, 0, 1000, 0, 0, whole),
+       upper = half(of.upper, of.upper_cells, 0.8 * of.share, 1, 400, pressure / 1000, 1, whole);
   return solve(lower, upper, slave_is_upper, search);
 }
 
@@ -159,6 +163,21 @@ TEST(ContactPatch, MortarStrainsLinearElementsUniformly) {
 TEST(ContactPatch, NodesAgainstFacesDoNot) {
   for (const Meshes& meshes : linear_meshes)
     for (const bool slave_is_upper : {false, true}) EXPECT_GT(solve(meshes, slave_is_upper, detect).displacement, 1e-3);
+}
+
+// Faces of second order, whole: the multipliers are linear, what they act on is not.
+TEST(ContactPatch, MortarStrainsElementsOfSecondOrderUniformly) {
+  const std::vector<Meshes> quadratic = {{hex20, hex20, {2, 2, 1}, {3, 3, 1}, 0},   {hex20, hex20, {2, 2, 1}, {3, 3, 1}, 0.2},
+                                         {hex20, hex8, {2, 2, 1}, {3, 3, 1}, 0.2},  {tet10, tet10, {2, 2, 1}, {3, 3, 1}, 0.2},
+                                         {tet10, hex20, {2, 2, 2}, {3, 3, 1}, 0.2}, {tet10, hex8, {3, 2, 1}, {2, 4, 1}, 0.2},
+                                         {hex20, hex20, {2, 2, 1}, {2, 2, 1}, 0.2}};
+  for (const Meshes& meshes : quadratic) {
+    for (const bool slave_is_upper : {false, true}) {
+      const Patch patch = solve(meshes, slave_is_upper, detect_mortar);
+      EXPECT_LT(patch.displacement, 1e-10);
+      EXPECT_LT(patch.multiplier, 1e-9);
+    }
+  }
 }
 
 }  // namespace

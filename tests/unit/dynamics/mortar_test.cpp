@@ -11,7 +11,10 @@
 #include <random>
 #include <vector>
 
+#include "common/mesh/surface.hpp"
+#include "dynamics/setup/contact_faces.hpp"
 #include "face_grid.hpp"
+#include "tests/unit/common/elements/box_mesh.hpp"
 
 namespace cbr {
 namespace {
@@ -519,6 +522,47 @@ TEST(Mortar, OnlyTheFaceThatHoldsHolds) {
       }
       EXPECT_GT(m, 0);
       remember(list, 0, list.points.size(), end_gap, impulse, 1e-6, memory);
+    }
+  }
+}
+
+// Faces of second order for mortar: mid-side nodes lie between their corners, also when a mirror has turned the faces over.
+TEST(Mortar, WholeFacesKeepTheirMiddles) {
+  for (const ElementType type : {ElementType::hex8, ElementType::hex20, ElementType::tet4, ElementType::tet10}) {
+    const Mesh mesh = test::box_mesh(type, {2, 1, 1}, Vector3(2, 1, 1));
+    Sideset top{"top", 1, {}};
+    for (Index e = 0; e < mesh.blocks[0].connectivity.rows(); ++e)
+      for (int side = 1; side <= n_sides(type); ++side)
+        if (mesh.coordinates(nodes_of_side(mesh, {0, e, side}), 2).minCoeff() == 1) top.sides.push_back({0, e, side});
+    const Surface surface = extract_surface(mesh, top);
+    IndexTable faces = whole_faces(surface), linear = contact_faces(surface);
+    const bool quadratic = type == ElementType::hex20 || type == ElementType::tet10;
+    const auto area_vectors = [&](const IndexTable& table) {
+      Vector3 sum = Vector3::Zero();
+      for (Index f = 0; f < table.rows(); ++f)
+        sum += (mesh.coordinates.row(table(f, 2)) - mesh.coordinates.row(table(f, 0)))
+                   .transpose()
+                   .cross((mesh.coordinates.row(table(f, 3)) - mesh.coordinates.row(table(f, 1))).transpose().eval());
+      return sum;
+    };
+    const Vector3 outward = area_vectors(linear);
+    EXPECT_NEAR(outward[2], 4, 1e-12);
+    for (const bool mirrored : {false, true}) {
+      if (mirrored) turn_over(faces);
+      EXPECT_LT((area_vectors(faces) - (mirrored ? -1 : 1) * outward).norm(), 1e-12);
+      for (Index f = 0; f < faces.rows(); ++f) {
+        const int n = faces(f, 2) == faces(f, 3) ? 3 : 4;
+        for (int a = 0; a < 4; ++a) {
+          const Index middle = faces(f, 4 + a);
+          if (!quadratic || a >= n) {
+            EXPECT_EQ(middle, -1);
+            continue;
+          }
+          ASSERT_GE(middle, 0);
+          const auto x = 0.5 * (mesh.coordinates.row(faces(f, a)) + mesh.coordinates.row(faces(f, (a + 1) % n)));
+          EXPECT_LT((mesh.coordinates.row(middle) - x).norm(), 1e-14);
+        }
+      }
     }
   }
 }
