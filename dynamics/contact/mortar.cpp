@@ -213,7 +213,7 @@ void detect_mortar(const ContactSurface& slave, const ContactBody& slave_body, c
     for (const Index g : order) add_point(step, pairs, of[g], slot, g == order.front(), slave_sums, master_sums, memory, list);
     for (auto& group : of) group.clear();
   }
-  if (list.points.size() == before) std::fill(memory.known_face.begin(), memory.known_face.end(), -1);
+  if (list.points.size() == before) forget(memory);
 }
 
 }  // namespace cbr
