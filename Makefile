@@ -6,12 +6,13 @@ PRESET ?= release
 PYTHON ?= /usr/bin/python3
 export PYTHON
 
-.PHONY: help packages configure programs build test demo dissimilar install check clean
+.PHONY: help packages configure programs build test demo dissimilar hertz install check clean
 .DEFAULT_GOAL := help
 
 help:
 	@echo "make demo      packages, build, the paper's block impact through all three programs, plots"
 	@echo "make dissimilar  the paper's second example, sphere and brick against a dense block: runs, plots, table (5 minutes)"
+	@echo "make hertz       steel balls on each other and on a plane against Hertz: runs, plots, table (5 minutes)"
 	@echo "make test      packages, build, all tests"
 	@echo "make programs  the three programs, in $(BUILD)/bin"
 	@echo "make build     the programs, the tests and the benchmarks"
@@ -44,6 +45,10 @@ demo: programs
 dissimilar: programs
 	$(MAKE) -C tests/cases/dissimilar-blocks all check BIN=$(abspath $(BUILD))/bin
 
+hertz: programs
+	cmake --build $(BUILD) --parallel $(JOBS) --target graded-ball
+	$(MAKE) -C tests/cases/hertz check all BIN=$(abspath $(BUILD))/bin
+
 PREFIX ?= /usr/local
 install: build
 	cmake --install $(BUILD) --prefix $(PREFIX)
@@ -52,3 +57,4 @@ clean:
 	rm -rf $(BUILD)
 	$(MAKE) -C tests/cases/block-impact clean
 	$(MAKE) -C tests/cases/dissimilar-blocks clean
+	$(MAKE) -C tests/cases/hertz clean

@@ -215,9 +215,9 @@ TEST(Hertz, BallOnBall) {
     expect_conserved(e, ball.m);
     h.push_back(1 / double(m)), force.push_back(e.force);
   }
-  EXPECT_GT(observed_order(h, force), 1.5);
-  expect_close(e, ball, 0.008, 0.005);
-  // Hertz himself: 1005.38 N, 60.163 us, 20.441 um, which a finite ball of this size misses by 1.1, 0.8 and 0.7 %
+  EXPECT_GT(observed_order(h, force), 1.8);
+  expect_close(e, ball, 0.005, 0.002);
+  // Hertz himself: 1005.38 N, 60.163 us, 20.441 um, which a finite ball of this size misses by 1.4, 1.0 and 0.9 %
   const ImpactAnswer exact = hertz(ball.impact), finite = finite_ball(ball.impact);
   EXPECT_NEAR((1 + e.peak) * finite.force, exact.force, 0.018 * exact.force);
   EXPECT_NEAR((1 + e.duration) * finite.duration, exact.duration, 0.013 * exact.duration);
@@ -241,8 +241,8 @@ TEST(Hertz, BallOnPlane) {
     EXPECT_NEAR(plate.duration, e.duration, 3e-4);
     EXPECT_NEAR(plate.force, e.force, 3e-4);
   }
-  EXPECT_GT(observed_order(h, force), 1.2);
-  expect_close(e, ball, 0.008, 0.006);
+  EXPECT_GT(observed_order(h, force), 1.8);
+  expect_close(e, ball, 0.005, 0.002);
 }
 
 // The spring of a penalty gets stiffer as the step gets shorter, as 1 / h^2, and what it gives way falls so.
@@ -284,13 +284,14 @@ TEST(Hertz, SuperelementIsTheMesh) {
     return e;
   };
   std::vector<double> h, difference;
-  for (const double cfl : {1.0, 0.5, 0.25}) {
-    h.push_back(cfl), difference.push_back(std::abs(reduced(10, cfl).approach - full.approach));
+  std::map<int, double> approach;  // by modes, at one step
+  for (const double cfl : {1.0, 0.25, 0.5}) {
+    approach[10] = reduced(10, cfl).approach;
+    h.push_back(cfl), difference.push_back(std::abs(approach[10] - full.approach));
   }
   EXPECT_GT(observed_order(h, difference), 1.8);
-  EXPECT_LT(difference.back(), 1e-3);
-  std::map<int, double> approach;
-  for (const int modes : {0, 5, 10, 20}) approach[modes] = reduced(modes, 0.5).approach;
+  EXPECT_LT(difference[1], 1e-3);
+  for (const int modes : {0, 5, 20}) approach[modes] = reduced(modes, 0.5).approach;
   EXPECT_GT(std::abs(approach[0] - approach[20]), 0.1);  // without modes most of the ball's mass hangs on the patch
   EXPECT_LT(std::abs(approach[5] - approach[20]), 2e-4);
   EXPECT_LT(std::abs(approach[10] - approach[20]), 1e-4);
@@ -309,7 +310,7 @@ void non_matching(const char* contact, const std::vector<Index>& refinements) {
     expect_conserved(e, ball.m);
     h.push_back(1 / double(m)), force.push_back(e.force);
   }
-  EXPECT_GT(observed_order(h, force), 1.5);
+  EXPECT_GT(observed_order(h, force), 1.8);
   expect_close(e, ball, 0.015, 0.012);
 }
 

@@ -50,6 +50,8 @@ inline ImpactAnswer hertz(const BallImpact& impact) {
 // when a force F is spread over a circle of radius a as Hertz does, and met by the ball's inertia. By Legendre polynomials:
 // a normal pressure q_n P_n moves the surface by c_n q_n P_n (Lurie's solutions of the sphere; c_1 relative to the centre of mass,
 // with a uniform body force). A half space has W = 3 / (5 E* a).
+// The plane pushes along the axis and not along the ball's normal: an outward traction q r / R remains, whose work on the
+// pressure's displacements (half space, Betti) is -(1 - 2 nu) / (4 pi mu R) F^2 whatever a.
 inline double ball_compliance(const BallImpact& impact, double a) {
   const double R = impact.radius, nu = impact.material.poissons_ratio, mu = impact.material.youngs_modulus / (2 * (1 + nu));
   double W = 0;
@@ -61,7 +63,7 @@ inline double ball_compliance(const BallImpact& impact, double a) {
     const double x = (k + 0.5) * a / R, s = 3 * (std::sin(x) - x * std::cos(x)) / (x * x * x);  // the pressure's P_n, P_n ~ J_0
     W += R / (4 * mu) * c * (2 * k + 1) / (4 * std::numbers::pi * R * R) * s * s;
   }
-  return W;
+  return W - (1 - 2 * nu) / (4 * std::numbers::pi * mu * R);
 }
 
 // Quasi-static impact of a finite ball: for a circle of radius a, F and the approach make the complementary energy

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A steel ball of 10 mm that meets its equal or a rigid plane at 1 m/s: Hertz's closed form, and the quasi-static answer of a ball
-that is finite (docs: tests/support/hertz.hpp, which does the same). SI units."""
+that is finite (tests/support/hertz.hpp says how). SI units."""
 import numpy as np
 
 RADIUS, SPEED, MODULUS, POISSON, DENSITY = 10e-3, 1.0, 210e9, 0.3, 7850.0
@@ -38,12 +38,13 @@ def finite_ball(plane):
     mu, nu, R = MODULUS / (2 * (1 + POISSON)), POISSON, RADIUS
 
     def compliance(a):
+        # Legendre series of the pressure, and the traction that it leaves along the surface because it pushes along the axis
         n = np.arange(2.0, int(40 * R / a))
         c = np.concatenate([[2 * (1 - 2 * nu) / (1 + nu), 6 * (1 - 2 * nu) / (5 * (1 + nu))],
                             (4 * (1 - nu) * n**2 + 2 * nu * n - 2 + 4 * nu) / ((n - 1) * (n * n + n + 1 + (2 * n + 1) * nu))])
         n = np.arange(float(len(c)))
         x = (n + 0.5) * a / R
-        return np.sum(c * (2 * n + 1) * (3 * (np.sin(x) - x * np.cos(x)) / x**3)**2) / (16 * np.pi * mu * R)
+        return np.sum(c * (2 * n + 1) * (3 * (np.sin(x) - x * np.cos(x)) / x**3)**2) / (16 * np.pi * mu * R) - (1 - 2 * nu) / (4 * np.pi * mu * R)
 
     a = hertz(plane)[3] * np.linspace(0, 1.15, 400)[1:]
     W = np.array([compliance(x) for x in a])

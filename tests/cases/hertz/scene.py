@@ -4,8 +4,9 @@
 import pathlib
 import sys
 
-from reference import DENSITY, MODULUS, POISSON, RADIUS, SPEED, hertz
 import numpy as np
+
+from reference import DENSITY, MODULUS, POISSON, RADIUS, SPEED, hertz
 
 partner, kind, m = sys.argv[1].split("-")
 plane, whole = partner == "plane", kind == "superelement"
@@ -13,10 +14,10 @@ mesh = f"{'whole' if whole else 'quarter'}-{m}.msh"
 volume = float((pathlib.Path(sys.argv[2]) / f"{mesh}.txt").read_text())
 density = DENSITY * 4 / 3 * np.pi * RADIUS**3 * (1 if whole else 0.25) / volume
 speed = SPEED if plane else SPEED / 2
-end = 1.15 * hertz(plane)[2]
+end = float(1.15 * hertz(plane)[2])
 reduction = f", reduction: {{interface: [contact], modes: 10, superelement: ball-{m}.cbr.h5}}" if whole else ""
 lines = [
-    f"materials: {{steel: {{youngs_modulus: {MODULUS!r}, poissons_ratio: {POISSON}, density: {density!r}}}}}",
+    f"materials: {{steel: {{youngs_modulus: {MODULUS!r}, poissons_ratio: {POISSON}, density: {float(density)!r}}}}}",
     f"components: {{ball: {{mesh: {mesh}, material: steel{reduction}}}}}",
     "instances:",
     f"  a: {{component: ball, as: {kind}, position: [0, 0, 1.0e-8], velocity: [0, 0, {-speed!r}]}}",
