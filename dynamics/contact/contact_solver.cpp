@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Newton first: with factors where there are few rows, with Krylov methods where there are many. What it does not solve goes to
-// methods that cannot cycle, each bounded: projected gradients without friction, sweeps with it, and Newton again from there.
+// other methods, each bounded: without friction projected gradients, which cannot cycle; with it sweeps, and friction that grows
+// from a tenth to the whole; and Newton again from there.
 #include "dynamics/contact/contact_solver.hpp"
 
 #include <algorithm>
@@ -17,12 +18,13 @@ namespace {
 
 // Shares of the largest |g|: what is aimed at, and what is good enough not to call for another method.
 constexpr double aim = 1e-12, enough = 1e-10;
-// Rows from which Krylov methods are faster than factors, and from which a factor is no longer tried when they fail (dense: rows,
-// sparse: entries of W). Measured: docs/decisions/contact-solver.md.
-constexpr Index krylov_rows = 128, largest_factor_rows = 4000, largest_factor_entries = 4000000;
-constexpr int newton_iterations = 30, gradient_products = 3000;
+// Rows from which Krylov methods are faster than factors: docs/decisions/contact-solver.md.
+constexpr Index krylov_rows = 128;
+// Where a factor is still tried when Krylov methods fail, by rows (dense) or entries of W (sparse): seconds, not minutes, in all.
+constexpr Index factor_rows = 4000, factor_entries = 1000000, lu_rows = 1500, lu_entries = 200000;
+constexpr int newton_iterations = 30, retry_iterations = 12, gradient_products = 3000;
 // Sweeps before Newton's first attempt from nothing, and the growing numbers of them after a failed one.
-constexpr int first_sweeps = 20, most_sweeps = 540;
+constexpr int first_sweeps = 20, first_retry = 60, most_sweeps = 540, growth_steps = 30;
 // Of the proximal problems that find the least violation.
 constexpr double ridge = 1e-6, margin = 1e-9;
 constexpr int proximal_steps = 15;
@@ -36,7 +38,9 @@ LinearSolver first_choice(const ContactProblem& problem) {
 }
 
 bool can_factor(const ContactProblem& problem) {
-  return problem.W.is_sparse ? problem.W.sparse.nonZeros() <= largest_factor_entries : problem.n_rows() <= largest_factor_rows;
+  const bool friction = has_friction(problem);
+  if (problem.W.is_sparse) return problem.W.sparse.nonZeros() <= (friction ? lu_entries : factor_entries);
+  return problem.n_rows() <= (friction ? lu_rows : factor_rows);
 }
 
 // The best so far; p within the laws' cones.
@@ -61,10 +65,22 @@ class Methods {
   const ContactProblem& problem() const { return problem_; }
   bool friction() const { return has_friction(problem_); }
 
-  void newton(const Vector& g, const Vector& p, const Vector& gap, LinearSolver linear, double scale, Best& best) {
-    NewtonResult result = newton_.solve(problem_, g, p, gap, linear, newton_iterations, aim * scale);
+  void newton(const Vector& g, const Vector& p, const Vector& gap, LinearSolver linear, int iterations, double scale, Best& best) {
+    NewtonResult result = newton_.solve(problem_, g, p, gap, linear, iterations, aim * scale);
     best.iterations += result.iterations;
     best.offer(problem_, scale, std::move(result.p), std::move(result.gap), result.residual);
+  }
+
+  // Newton with the share of all friction coefficients; p and gap are where to start from, and the result when it converged.
+  bool newton_with(double share, const Vector& g, double scale, Best& best, Vector& p, Vector& gap) {
+    const std::vector<PointLaw> laws = problem_.laws;
+    for (PointLaw& law : problem_.laws) law.friction *= share;
+    NewtonResult result = newton_.solve(problem_, g, p, gap, LinearSolver::factor, retry_iterations, aim * scale);
+    problem_.laws = laws;
+    best.iterations += result.iterations;
+    if (!result.converged) return false;
+    p = std::move(result.p), gap = std::move(result.gap);
+    return true;
   }
 
   void sweep(const Vector& g, Vector p, int n, double scale, Best& best) {
@@ -108,9 +124,9 @@ void attempt(Methods& methods, const Vector& g, const Vector& guess, double scal
   best.iterations += start.iterations;
   const LinearSolver linear = first_choice(problem);
   // Newton's impulses are the least of those with the same gaps, the sweeps' are not
-  if (!(warm && start.residual <= aim * scale)) methods.newton(g, start.p, start.gap, linear, scale, best);
+  if (!(warm && start.residual <= aim * scale)) methods.newton(g, start.p, start.gap, linear, newton_iterations, scale, best);
   if (!best.done() && !start.done() && linear == LinearSolver::krylov && can_factor(problem))
-    methods.newton(g, start.p, start.gap, LinearSolver::factor, scale, best);
+    methods.newton(g, start.p, start.gap, LinearSolver::factor, newton_iterations, scale, best);
   if (!best.done()) best.offer(problem, scale, std::move(start.p), std::move(start.gap), start.residual);
 }
 
@@ -119,15 +135,35 @@ void descend(Methods& methods, const Vector& g, double scale, Best& best) {
   methods.gradients(g, Vector::Zero(g.size()), scale, best);
   if (best.done() || !can_factor(methods.problem())) return;
   const Best start = best;
-  methods.newton(g, start.p, start.gap, LinearSolver::factor, scale, best);
+  methods.newton(g, start.p, start.gap, LinearSolver::factor, newton_iterations, scale, best);
+}
+
+// Follows the solution while all friction grows from a tenth to the whole.
+void let_friction_grow(Methods& methods, const Vector& g, double scale, Best& best) {
+  Vector p = Vector::Zero(g.size()), gap = g;
+  double share = 0, step = 0.1;
+  for (int i = 0; i < growth_steps && share < 1 && step > 1e-3; ++i) {
+    const double next = std::min(1.0, share + step);
+    if (methods.newton_with(next, g, scale, best, p, gap)) {
+      share = next, step *= 2;
+    } else {
+      step /= 2;
+    }
+  }
+  if (!(share < 1)) {
+    const double residual = law_violations(methods.problem(), p, gap).lpNorm<Eigen::Infinity>();
+    best.offer(methods.problem(), scale, std::move(p), std::move(gap), residual);
+  }
 }
 
 void sweep_and_attempt(Methods& methods, const Vector& g, double scale, Best& best) {
-  for (int n = 60; n <= most_sweeps && !best.done(); n *= 3) {
+  const bool factor = can_factor(methods.problem());
+  for (int n = first_retry; n <= most_sweeps && !best.done(); n *= 3) {
     methods.sweep(g, best.p, n, scale, best);
     if (best.done()) return;
     const Best start = best;
-    methods.newton(g, start.p, start.gap, can_factor(methods.problem()) ? LinearSolver::factor : LinearSolver::krylov, scale, best);
+    methods.newton(g, start.p, start.gap, factor ? LinearSolver::factor : LinearSolver::krylov, retry_iterations, scale, best);
+    if (!best.done() && factor && n == first_retry) let_friction_grow(methods, g, scale, best);
   }
 }
 

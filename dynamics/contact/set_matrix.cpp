@@ -20,7 +20,7 @@ namespace {
 // Pivots below this share of the diagonal are round-off; the shift that then stands in for them.
 constexpr double weakest_pivot = 1e-11, shift = 1e-8;
 // Products before a Krylov method gives up.
-constexpr int most_products_symmetric = 1000, most_products_gmres = 150;
+constexpr int most_products_symmetric = 1000, most_products_gmres = 100;
 
 // One entry of W, or a small block's worth of them: r^T W c over the closed rows.
 double between(const ContactProblem& problem, const SetBases& bases, Index j) {

@@ -256,6 +256,28 @@ TEST(ContactSolver, StrongFriction) {
   }
 }
 
+// Random responses that couple pressing and slipping as no body does: most are solved, and those that are not are reported.
+TEST(ContactSolver, StrongFrictionOnWildResponsesEndsAndIsHonest) {
+  std::mt19937 random(9);
+  int solved = 0;
+  for (int trial = 0; trial < 120; ++trial) {
+    const Index n = 1 + trial % 30;
+    const auto laws = all(n, ContactLaw::coulomb, 5);
+    const GapResponse W = dense(random_response(random, 3 * n, trial % 4 ? 3 * n + 2 : n + 3));
+    const Vector g = random_matrix(random, 3 * n, 1);
+    ContactSolver solver(W, laws);
+    const auto result = solver.solve(g, Vector());
+    ASSERT_TRUE(result.p.allFinite());
+    EXPECT_LT((result.gap - g - apply(W, result.p)).norm(), 1e-6 * g.norm());
+    if (trial % 4) solved += result.residual < 1e-9;
+    if (result.residual < 1e-9) {
+      EXPECT_LT(judge(W, laws, g, result).law, 1e-6);
+    }
+    EXPECT_LT(result.iterations, 2500);
+  }
+  EXPECT_GE(solved, 85);  // of 90
+}
+
 TEST(ContactSolver, ManyPointsDense) {
   for (const bool soft : {false, true}) {
     const Press press = test::dense_press(46, ContactLaw::frictionless, 0, soft);
