@@ -25,6 +25,16 @@ FaceCorners corners(const ContactSurface& surface, Index face, const Points& poi
   return x;
 }
 
+double facing_area(double area, const Vector3& area_vector, const Vector3& normal) {
+  constexpr double least_share = 0.2;
+  return std::max(-area_vector.dot(normal), least_share * area);
+}
+
+double facing_area(const ContactSurface& surface, Index slot, const Vector3& normal) {
+  if (surface.area_vectors.rows() == 0) return surface.areas[slot];
+  return facing_area(surface.areas[slot], surface.area_vectors.row(slot), normal);
+}
+
 void fill_sizes(ContactSurface& surface, const Points& points) {
   surface.sizes.resize(surface.faces.rows());
   for (Index f = 0; f < surface.faces.rows(); ++f) {
@@ -34,11 +44,15 @@ void fill_sizes(ContactSurface& surface, const Points& points) {
   }
   surface.size = surface.sizes.size() ? surface.sizes.mean() : 0;
   surface.areas.setZero(static_cast<Index>(surface.nodes.size()));
+  surface.area_vectors.setZero(surface.areas.size(), 3);
   for (Index f = 0; f < surface.faces.rows(); ++f) {
+    const FaceCorners x = corners(surface, f, points);
+    const Vector3 outward = 0.5 * (x[2] - x[0]).cross(x[3] - x[1]);
     const int n = is_triangle(surface, f) ? 3 : 4;
     for (int a = 0; a < n; ++a) {
       const auto slot = std::lower_bound(surface.nodes.begin(), surface.nodes.end(), surface.faces(f, a)) - surface.nodes.begin();
       surface.areas[slot] += surface.sizes[f] * surface.sizes[f] / n;
+      surface.area_vectors.row(slot) += outward.transpose() / n;
     }
   }
 }

@@ -40,6 +40,8 @@ struct ContactSurface {
   Vector sizes;     // f, sqrt of the undeformed area: the face's length scale
   double size = 0;  // their mean
   Vector areas;     // of `nodes`: their share of the undeformed area, a face's shared by its corners
+  // likewise, outward, scene axes: shorter than `areas` where the surface bends at the node
+  Points area_vectors;
 };
 
 // Sizes and areas; `points` are the undeformed contact nodes of the body.
@@ -50,6 +52,11 @@ inline bool is_triangle(const ContactSurface& surface, Index face) { return surf
 inline bool is_quadratic(const ContactSurface& surface, Index face) {
   return surface.middle.rows() > 0 && surface.middle(face, 0) >= 0;
 }
+
+// Of a node's share of area, what faces a master whose outward normal is given: on an edge, the faces beside it do not count. At
+// least a share of all of it, for a corner that slides along.
+double facing_area(double area, const Vector3& area_vector, const Vector3& normal);
+double facing_area(const ContactSurface& surface, Index slot, const Vector3& normal);  // without area_vectors: all of it
 
 FaceCorners corners(const ContactSurface& surface, Index face, const Points& points);
 

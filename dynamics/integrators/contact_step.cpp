@@ -153,6 +153,8 @@ void book_pair(const Group& group, const Search& of, const EnforcementResult& re
                Index& active) {
   const bool tied = pair.law.law == ContactLaw::tied;
   const double side = of.memory == &pair.memory ? 1 : -1;
+  const double share = pair.formulation == Formulation::two_way ? 0.5 : 1;  // seen from both sides
+  Index counted = -1;                                                       // a node that two faces hold stands for one area
   for (auto i = of.first; i < of.last; ++i) {
     const ContactPoint& point = group.list.points[i];
     const auto p = result.p.row(static_cast<Index>(i));
@@ -163,7 +165,8 @@ void book_pair(const Group& group, const Search& of, const EnforcementResult& re
     if (!tied) pair.recent_penetration = std::max(pair.recent_penetration, -gap);
     if (!acts) continue;
     ++active;
-    pair.area += point.area;
+    if (point.slot != counted) pair.area += share * point.area;
+    counted = point.slot;
     pair.impulse += side * (point.frame.transpose() * p.transpose());
     if (tied) continue;
     pair.normal_impulse += normal;

@@ -47,6 +47,8 @@ class TimeLoop {
     outcome_.near.assign(sim_.pairs.size(), 0);
     bounds_.resize(current_.size());
     bound_at_.assign(current_.size(), -1);
+    for (const ContactPair& pair : sim_.pairs)
+      largest_face_.push_back(pair.wall ? 0 : std::max(pair.slave.sizes.maxCoeff(), pair.master.sizes.maxCoeff()));
     all_exact_ = std::all_of(sim_.bodies.begin(), sim_.bodies.end(), [](const auto& b) { return b->is_exact(); });
   }
 
@@ -132,8 +134,9 @@ class TimeLoop {
       if (pair.wall || pair.law.law == ContactLaw::tied || outcome_.near[p]) return false;
       const ContactBody &a = state_.bodies[pair.slave.body], &b = state_.bodies[pair.master.body];
       // Above every reach of a search: contact_reach() of either side's faces, with motions relative to either
-      const double size = std::max(pair.slave.sizes.maxCoeff(), pair.master.sizes.maxCoeff());
-      const Vector3 reach = Vector3::Constant((initial ? 1.5 : 0.5) * size + 2 * (a.longest_way + b.longest_way) + pair.adjust.value_or(0));
+      const double size = largest_face_[p];
+      const Vector3 reach =
+          Vector3::Constant((initial ? 1.5 : 0.5) * size + 2 * (a.longest_way + b.longest_way) + pair.adjust.value_or(0));
       return !Box{a.swept.lower - reach, a.swept.upper + reach}.meets(b.swept);
     };
     std::erase_if(due_, is_far);
@@ -234,10 +237,7 @@ class TimeLoop {
     result_.active.push_back(active);
   }
 
-  // Over the area that faces the impulse: where a node lies on an edge, the faces beside it do not count. Near right angles to all
-  // of them (a corner that slides along a wall) a share of their sum bounds the pressure.
   void record_pressure(double interval) {
-    constexpr double least_share = 0.2;
     for (std::size_t c = 0; c < sim_.contact_nodes.size(); ++c) {
       ContactNodes& nodes = sim_.contact_nodes[c];
       Points& impulses = state_.normal_since_output[c];
@@ -246,7 +246,7 @@ class TimeLoop {
       for (Index i = 0; i < impulses.rows() && interval > 0; ++i) {
         const double J = impulses.row(i).norm();
         if (J == 0) continue;
-        const double area = std::max(-impulses.row(i).dot(nodes.area_vectors.row(i)) / J, least_share * nodes.areas[i]);
+        const double area = facing_area(nodes.areas[i], nodes.area_vectors.row(i), impulses.row(i).transpose() / J);
         if (area > 0) nodes.pressure[i] = J / (area * interval);
       }
       impulses.setZero();
@@ -311,6 +311,7 @@ class TimeLoop {
   std::vector<char> moving_, needed_;
   std::vector<MotionBound> bounds_;  // per contact body, of the step bound_at_
   std::vector<Index> bound_at_;
+  std::vector<double> largest_face_;  // per pair, its size
   std::vector<Index> due_;
   bool all_exact_ = false;
 };

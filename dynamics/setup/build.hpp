@@ -43,7 +43,7 @@ struct BuiltScene {
   };
   std::vector<OfInstance> instances;  // as simulation.bodies
   std::vector<std::string> notes;     // for the summary
-  bool momentum_is_kept = true;       // no boundary conditions, no loads
+  bool momentum_is_kept = true;       // no boundary conditions, loads, or rigid walls that are met
 };
 
 // Reads superelements and meshes, in phases "read" and "setup" of the report. InputError: a missing or stale superelement (with the

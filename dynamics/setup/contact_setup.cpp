@@ -294,6 +294,7 @@ std::vector<ContactKind> add_contact(const Scene& scene, BuiltScene& built, Repo
     sides.faces(entry.first, options.first.source);
     if (!entry.wall) sides.faces(entry.second, options.second.source);
     refuse_shared_nodes(entry, sides);
+    if (entry.wall) built.momentum_is_kept = false;
     const ContactKind its = options.enforcement == Enforcement::penalty ? ContactKind::penalty : ContactKind::hard;
     for (const Index i : {entry.first.instance, entry.wall ? entry.first.instance : entry.second.instance})
       in_contact[i] = std::max(in_contact[i], its);

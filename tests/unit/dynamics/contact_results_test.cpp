@@ -82,6 +82,8 @@ TEST_F(ContactResults, PressureIsForceOverAreaWhereBarsMeet) {
       }
     }
     // rho c v / 2 when a bar hits a bar, rho c v when the second hits the wall
+    for (const ContactPair& pair : sim.pairs)
+      EXPECT_NEAR(pair.largest_area, pair.name == "a.all - end" ? 0 : area, 1e-6) << pair.name;  // of joined surfaces too
     EXPECT_NEAR(largest, (sim.pairs.size() > 1 ? 1 : 0.5) * 10 * 0.01, 0.02);
   }
 }
