@@ -273,10 +273,12 @@ void solve_group(Simulation& sim, const std::vector<Index>& pairs, double h, boo
   book(sim, group, enforce(sim, group, h, state, outcome), state, outcome);
 }
 
-}  // namespace
+// For messages: "impact.yaml:12: contact a.top - b.bottom: "
+std::string where(const ContactPair& pair) {
+  return (pair.source.line > 0 ? pair.source.text() + ": " : "") + "contact " + pair.name + ": ";
+}
 
-namespace {
-
+// Of `all`, pairs that lie apart are not tied.
 void tie_pair(Simulation& sim, ContactPair& pair, ContactState& state) {
   for (const Index b : {pair.slave.body, pair.master.body}) {
     const ContactNodes& nodes = sim.contact_nodes[b];
@@ -286,9 +288,9 @@ void tie_pair(Simulation& sim, ContactPair& pair, ContactState& state) {
   pair.tie_report = pair.formulation == Formulation::mortar
                         ? tie_mortar(pair.slave, slave, pair.master, master, sim.detection, pair.adjust, pair.ties, pair.tie_offset)
                         : tie_surfaces(pair.slave, slave, pair.master, master, pair.adjust, pair.ties, pair.tie_offset);
-  if (!pair.ties.empty()) return;
+  if (!pair.ties.empty() || pair.of_all) return;
   std::ostringstream message;
-  message << "contact " << pair.name << ": tied: no node of " << pair.slave.name << " is within ";
+  message << where(pair) << "tied: no node of " << pair.slave.name << " is within ";
   if (pair.adjust) {
     message << *pair.adjust;
   } else {
@@ -296,6 +298,22 @@ void tie_pair(Simulation& sim, ContactPair& pair, ContactState& state) {
   }
   message << " of " << pair.master.name << " at the start: give adjust a length that spans what lies between";
   throw InputError(message.str());
+}
+
+void tie_pairs(Simulation& sim, ContactState& state) {
+  const ContactPair* of_all = nullptr;
+  bool any = false;
+  for (ContactPair& pair : sim.pairs) {
+    if (pair.law.law != ContactLaw::tied) continue;
+    tie_pair(sim, pair, state);
+    if (!pair.of_all) continue;
+    of_all = &pair;
+    any |= !pair.ties.empty();
+  }
+  if (of_all && !any)
+    throw InputError(of_all->source.text() +
+                     ": contact: all, tied: no two instances are close enough to each other at the start: " +
+                     "give adjust a length that spans what lies between");
 }
 
 }  // namespace
@@ -309,15 +327,15 @@ ContactState start_contact(Simulation& sim) {
     state.impulses_since_output[b] = state.bodies[b].friction = state.bodies[b].impulses;
     if (sim.contact_nodes[b].areas.size() > 0) state.normal_since_output[b] = state.bodies[b].impulses;
   }
-  for (ContactPair& pair : sim.pairs) {
-    if (pair.law.law == ContactLaw::tied) tie_pair(sim, pair, state);
+  tie_pairs(sim, state);
+  for (const ContactPair& pair : sim.pairs) {
     if (pair.enforcement != Enforcement::nodal) continue;
     for (const Index b : {pair.slave.body, pair.master.body}) {
       const ContactNodes& nodes = sim.contact_nodes[b];
       state.masses[b] = sim.bodies[nodes.body]->nodal_masses(nodes.set);
       if (!(state.masses[b].minCoeff() > 0)) {
         throw InputError(
-            "contact " + pair.name + ": nodal enforcement: instance '" + sim.bodies[nodes.body]->name() +
+            where(pair) + "nodal enforcement: instance '" + sim.bodies[nodes.body]->name() +
             "' has a row sum of its mass that is not positive, so its nodes cannot be weighed: use enforcement: impulse");
       }
     }

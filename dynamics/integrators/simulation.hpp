@@ -19,6 +19,8 @@ namespace cbr {
 
 struct ContactPair {
   std::string name;               // "left.contact - right.contact"
+  SourceLine source;              // its entry in the scene
+  bool of_all = false;            // one of those that `all` stands for
   ContactSurface slave, master;   // .body: index into Simulation::contact_nodes
   std::optional<RigidWall> wall;  // then `master` has no faces, the slave's body and size, and the wall's name
   bool slave_is_first = true;     // of the two that the scene names

@@ -182,6 +182,10 @@ class TimeLoop {
   void schedule(Index p, Index step) {
     ContactPair& pair = sim_.pairs[p];
     Body &a = body_of(pair.slave.body), &b = body_of(pair.master.body);
+    if (pair.law.law == ContactLaw::tied && pair.ties.empty()) {  // one of all that lies apart
+      due_at_[p] = plan().n_steps() + 1;
+      return;
+    }
     due_at_[p] = step;
     if (!options_.jumps || !a.is_exact() || !b.is_exact() || pair.law.law == ContactLaw::tied) return;
     if (step > 0 && --wait_[p] > 0) return;

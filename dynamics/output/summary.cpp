@@ -59,7 +59,9 @@ std::string contact_line(const ContactPair& pair) {
   std::ostringstream line;
   line.precision(3);
   line << "contact " << pair.name << ": " << pair.slave.nodes.size() << " slave nodes of " << pair.slave.name;
-  if (pair.law.law == ContactLaw::tied) line << ", " << pair.ties.points.size() << " points tied";
+  if (pair.law.law == ContactLaw::tied)
+    line << ", " << pair.ties.points.size() << " points tied, largest offset " << pair.tie_report.largest_offset << ", "
+         << pair.tie_report.without_partner << " nodes left free";
   line << ", " << word_of(formulation_words, pair.formulation) << ", " << word_of(enforcement_words, pair.enforcement);
   if (pair.law.law == ContactLaw::coulomb) line << ", friction " << pair.law.friction;
   if (pair.damping > 0) line << ", damping " << pair.damping;

@@ -238,6 +238,7 @@ PointLaw law_of(const ContactOptions& options) {
 ContactPair pair_of(const Entry& entry, const std::map<Index, Index>& contact_of_instance, Sides& sides) {
   const ContactOptions& options = *entry.options;
   ContactPair pair;
+  pair.source = options.source, pair.of_all = options.all;
   pair.enforcement = options.enforcement;
   pair.formulation = entry.wall ? Formulation::node_face : options.formulation;
   pair.law = law_of(options);

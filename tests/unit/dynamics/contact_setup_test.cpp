@@ -165,6 +165,31 @@ TEST_F(ContactSetup, wallsArePartnersAndMeetAllInstances) {
   EXPECT_EQ(names(built("all", "a: {component: fine}", two_walls)).size(), 2u);
 }
 
+// Of three blocks two touch: those are tied, the third flies by itself, and no two of it is an error.
+TEST_F(ContactSetup, allTiesWhatLiesTogether) {
+  const std::string pair = "a: {component: coarse}, b: {component: fine, position: [1.5, 0, 0]}",
+                    far =
+                        ", c: {component: fine, "
+                        "position: [9, 0, 0], velocity: [1, 0, 0]}";
+  BuiltScene scene = built("[{between: all, tied: true}]", pair + far);
+  EXPECT_EQ(scene.simulation.pairs.size(), 3u);
+  RunOptions options;
+  const RunResult result = run(scene.simulation, options);
+  EXPECT_EQ(scene.simulation.pairs[0].ties.points.size(), 25u);  // the finer side's nodes on the face
+  EXPECT_TRUE(scene.simulation.pairs[1].ties.empty() && scene.simulation.pairs[2].ties.empty());
+  EXPECT_NEAR(test::row(result.bodies[2].center_of_mass, result.time.size() - 1)[0], 10.5, 1e-9);
+  for (const char* tied : {"[{between: all, tied: true}]", "[{between: [b.x_min, c.x_max], tied: true}]"}) {
+    BuiltScene none = built(tied, "b: {component: fine}" + far);
+    try {
+      run(none.simulation);
+      ADD_FAILURE() << tied;
+    } catch (const InputError& error) {
+      EXPECT_NE(std::string(error.what()).find("scene.yaml:7: contact"), std::string::npos) << error.what();
+      EXPECT_NE(std::string(error.what()).find("give adjust a length"), std::string::npos) << error.what();
+    }
+  }
+}
+
 TEST_F(ContactSetup, facesThatASidesetNamesTwiceAreThereOnce) {
   const BuiltScene scene = built("[{between: ['a.x_max again', b.x_min]}]", three);
   EXPECT_EQ(scene.simulation.pairs[0].master.faces.rows(), 4);
