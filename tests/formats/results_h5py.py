@@ -89,7 +89,7 @@ def check_physics(file):
     force = pair["force"][()]
     assert np.abs(force - file["surfaces/left.contact/force"][()]).max() < 1e-12 * np.abs(force).max()
     area, nodes = pair["area"][()], (CELLS[1] + 1) * (CELLS[2] + 1)
-    assert (active == nodes).any() and np.allclose(area[active == nodes], SIZE[1] * SIZE[2], rtol=1e-12)
+    assert (active == nodes).any() and np.allclose(area[active == nodes], SIZE[1] * SIZE[2], rtol=1e-4)  # seen along the normals, which tilt
     assert ((area > 0) == (active > 0)).all() and area.max() < SIZE[1] * SIZE[2] * (1 + 1e-12)
     met = np.abs(force[:, 0]) > 0
     assert np.abs(pair["center_of_pressure"][met] - [0, 0.25, 0.25]).max() < 0.02 and not pair["center_of_pressure"][~met].any()
