@@ -7,6 +7,7 @@
 
 #include "common/scene.hpp"
 #include "common/types.hpp"
+#include "dynamics/contact/motion_bound.hpp"
 #include "dynamics/contact/node_response.hpp"
 
 namespace cbr {
@@ -26,12 +27,6 @@ struct BodyWork {
 
 // What an impulse comes from: whose work it is.
 enum class ImpulseKind : char { contact, friction };
-
-// Where a set of nodes can be a time t >= 0 from now, without contact: for each axis between lower + lower_speed t - spread
-// and upper + upper_speed t + spread, spread = growth t + acceleration t^2 / 2.
-struct MotionBound {
-  Vector3 lower, upper, lower_speed, upper_speed, growth, acceleration;
-};
 
 // A step goes: predict(t, h) computes the end of the step without contact; contact asks positions and response at the
 // nodes it cares about and hands back impulses with add_impulses(); accept() makes the end the new state.

@@ -6,8 +6,8 @@
 
 #include "common/scene.hpp"
 #include "common/types.hpp"
-#include "dynamics/bodies/body.hpp"
 #include "dynamics/contact/detection.hpp"
+#include "dynamics/contact/motion_bound.hpp"
 
 namespace cbr {
 
