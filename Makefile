@@ -6,13 +6,14 @@ PRESET ?= release
 PYTHON ?= /usr/bin/python3
 export PYTHON
 
-.PHONY: help packages configure programs build test demo dissimilar hertz install check clean
+.PHONY: help packages configure programs build test demo dissimilar hertz bench-contact install check clean
 .DEFAULT_GOAL := help
 
 help:
 	@echo "make demo      packages, build, the paper's block impact through all three programs, plots"
 	@echo "make dissimilar  the paper's second example, sphere and brick against a dense block: runs, plots, table (5 minutes)"
 	@echo "make hertz       steel balls on each other and on a plane against Hertz: runs, plots, table (5 minutes)"
+	@echo "make bench-contact  seconds a step against contact nodes, 100 to 10 000, by phase (5 minutes)"
 	@echo "make test      packages, build, all tests"
 	@echo "make programs  the three programs, in $(BUILD)/bin"
 	@echo "make build     the programs, the tests and the benchmarks"
@@ -48,6 +49,11 @@ dissimilar: programs
 hertz: programs
 	cmake --build $(BUILD) --parallel $(JOBS) --target graded-ball
 	$(MAKE) -C tests/cases/hertz check all BIN=$(abspath $(BUILD))/bin
+
+bench-contact: configure
+	cmake --build $(BUILD) --parallel $(JOBS) --target bench_contact_cost
+	$(BUILD)/tests/benchmarks/bench_contact_cost 10000 1100 | tee $(BUILD)/contact-cost.csv
+	$(PYTHON) tests/benchmarks/plot_contact_cost.py $(BUILD)/contact-cost.csv $(BUILD)/contact-cost.png
 
 PREFIX ?= /usr/local
 install: build

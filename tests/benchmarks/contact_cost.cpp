@@ -211,20 +211,21 @@ void print(const std::string& as, const std::string& formulation, const Measured
   std::fflush(stdout);
 }
 
-// Exponents of seconds ~ nodes^a, by least squares over the upper half of a series (the lower is overhead).
-void print_growth(const std::string& as, const std::string& formulation, const std::vector<Measured>& series) {
-  if (series.size() < 2) return;
-  const auto first = series.begin() + static_cast<std::ptrdiff_t>((series.size() - 1) / 2);
+// Exponents of seconds ~ nodes^a, by least squares over a series from `first` on.
+void print_growth(const std::string& as, const std::string& formulation, const std::vector<Measured>& series, std::size_t first) {
   std::vector<double> n;
   std::vector<std::vector<double>> seconds(5);
-  for (auto m = first; m != series.end(); ++m) {
-    n.push_back(static_cast<double>(m->nodes));
-    const double values[] = {m->median.bodies, m->median.detection, m->median.response, m->median.solve, m->median.total()};
-    for (std::size_t i = 0; i < 5; ++i) seconds[i].push_back(values[i]);
+  for (std::size_t i = first; i < series.size(); ++i) {
+    const Phases& of = series[i].median;
+    n.push_back(static_cast<double>(series[i].nodes));
+    const double values[] = {of.bodies, of.detection, of.response, of.solve, of.total()};
+    for (std::size_t phase = 0; phase < 5; ++phase) seconds[phase].push_back(values[phase]);
   }
-  std::printf("growth,%s %s", as.c_str(), formulation.c_str());
+  if (n.size() < 2) return;
+  std::printf("growth,%s %s from %.0f nodes", as.c_str(), formulation.c_str(), n.front());
   const char* names[] = {"bodies", "detection", "response", "solve", "total"};
-  for (std::size_t i = 0; i < 5; ++i) std::printf(",%s %.2f", names[i], cbr::test::observed_order(n, seconds[i]));
+  for (std::size_t phase = 0; phase < 5; ++phase)
+    std::printf(",%s %.2f", names[phase], cbr::test::observed_order(n, seconds[phase]));
   std::printf("\n");
 }
 
@@ -266,7 +267,8 @@ int main(int argc, char** argv) {
           same = false;
         }
       }
-      print_growth(as, formulation, series);
+      print_growth(as, formulation, series, 0);
+      print_growth(as, formulation, series, series.size() / 2);
     }
   }
   return same ? 0 : 1;
