@@ -5,6 +5,8 @@
 
 #include <Eigen/Geometry>
 
+#include <algorithm>
+#include <cmath>
 #include <random>
 
 #include "tests/unit/dynamics/patch.hpp"
@@ -245,6 +247,151 @@ TEST(Detection, AgreesWithBruteForceOnRoughSurfaces) {
       }
     }
   }
+}
+
+// Two boxes somewhere near each other, each deformed and moved on its own, one of them turned; thin ones among them, and steps
+// longer than they are.
+void disturb(Patch& p, std::mt19937& random, const Vector3& shift, const Vector3& way) {
+  std::uniform_real_distribution<double> unit(-1, 1);
+  const Matrix3 R = Eigen::AngleAxisd(unit(random), Vector3(1, 2, -1).normalized()).toRotationMatrix();
+  const Matrix3 turn = Eigen::AngleAxisd(0.2 * unit(random), Vector3(-1, 1, 3).normalized()).toRotationMatrix() * R;
+  for (Index i = 0; i < p.body.start.rows(); ++i) {
+    const Vector3 x = p.body.start.row(i).transpose(), rough = 0.03 * Vector3::NullaryExpr([&](Index) { return unit(random); });
+    p.body.start.row(i) = (R * x + shift + rough).transpose();
+    p.body.end.row(i) = (turn * x + shift + way + 0.5 * rough).transpose();
+  }
+}
+
+TEST(Detection, TheGridLosesNothing) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  int near = 0, points = 0;
+  for (int trial = 0; trial < 150; ++trial) {
+    Patch slave = box(3, 1, trial % 3 == 0 ? 0.05 : 0.8), master = box(4, 1.2, trial % 4 == 0 ? 0.03 : 0.7);
+    slave.surface.body = 0, master.surface.body = 1;
+    const double far = trial % 2 ? 0.3 : 3;  // steps up to three times the body's size
+    const auto any = [&](double size) {
+      Vector3 x;
+      for (int c = 0; c < 3; ++c) x[c] = size * unit(random);
+      return x;
+    };
+    disturb(slave, random, any(1.2), any(far));
+    disturb(master, random, any(0.2), any(far));
+    PairMemory memory, brute;
+    brute.depth = 1e6;  // every box meets every other
+    ContactList found, expected;
+    detect(slave.surface, slave.body, master.surface, master.body, false, {}, memory, found);
+    detect(slave.surface, slave.body, master.surface, master.body, false, {}, brute, expected);
+    ASSERT_EQ(brute.grid.candidates.target.size(), slave.surface.nodes.size() * master.surface.faces.rows());
+    ASSERT_EQ(found.points.size(), expected.points.size()) << trial;
+    for (std::size_t i = 0; i < found.points.size(); ++i) {
+      EXPECT_EQ(found.points[i].slot, expected.points[i].slot);
+      EXPECT_EQ(found.points[i].gap[0], expected.points[i].gap[0]);
+      EXPECT_EQ(found.points[i].normal(), expected.points[i].normal());
+    }
+    points += static_cast<int>(found.points.size());
+    // With bodies that have been swept the same is found
+    sweep(slave.body), sweep(master.body);
+    PairMemory again;
+    ContactList swept;
+    detect(slave.surface, slave.body, master.surface, master.body, false, {}, again, swept);
+    EXPECT_EQ(swept.points.size(), found.points.size());
+    // Whatever comes within reach of a face at any time of the step is a candidate
+    for (std::size_t slot = 0; slot < slave.surface.nodes.size(); ++slot) {
+      for (Index f = 0; f < master.surface.faces.rows(); ++f) {
+        double nearest = HUGE_VAL;
+        for (int k = 0; k <= 10; ++k) {
+          const double t = 0.1 * k;
+          const FaceCorners start = corners(master.surface, f, master.body.start),
+                            end = corners(master.surface, f, master.body.end);
+          FaceCorners at;
+          for (int a = 0; a < 4; ++a) at[a] = (1 - t) * start[a] + t * end[a];
+          const Index node = slave.surface.nodes[slot];
+          Vector3 d = ((1 - t) * slave.body.start.row(node) + t * slave.body.end.row(node)).transpose();
+          const Projection p = project(at, false, d);
+          for (int a = 0; a < 4; ++a) d -= p.weights[a] * at[a];
+          nearest = std::min(nearest, d.norm());
+        }
+        if (nearest > 0.02 * master.surface.size) continue;
+        ++near;
+        const auto& [first, target] = memory.grid.candidates;
+        EXPECT_TRUE(std::binary_search(target.begin() + first[slot], target.begin() + first[slot + 1], f)) << trial;
+      }
+    }
+  }
+  EXPECT_GT(near, 100);
+  EXPECT_GT(points, 400);
+}
+
+// A flat patch of crooked quads; a node slides over it, pressed in by the same depth in each step.
+TEST(Detection, SlidingOverFaceBoundariesOfAFlatMeshIsSmooth) {
+  std::mt19937 random(12);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  Patch bottom = patch(6, 0, true), top = patch(2, 0, false, 0.3);
+  for (Index i = 0; i < bottom.body.start.rows(); ++i)
+    for (int c = 0; c < 2; ++c) bottom.body.start(i, c) += 0.04 * unit(random);
+  bottom.body.end = bottom.body.start;
+  fill_sizes(bottom.surface, bottom.body.start);
+  bottom.surface.body = 1;
+  top.body.start.leftCols(2).array() += 0.15;
+  PairMemory memory;
+  const Vector3 step(0.004, 0.0023, -1e-3);
+  std::vector<Index> faces;
+  for (int k = 0; k < 100; ++k) {
+    move(top, step);
+    const ContactList list = run(top, bottom, memory, k == 0);
+    ASSERT_EQ(list.points.size(), 9u) << k;
+    const Index m = 9;
+    for (const ContactPoint& point : list.points) {
+      EXPECT_NEAR(point.gap[0], -1e-3, 1e-15);
+      EXPECT_NEAR(point.normal()[2], 1, 1e-14);
+      // The force acts where the node is now
+      Vector3 at = Vector3::Zero();
+      for (Index t = point.first_term + 1; t < point.first_term + point.n_terms; ++t)
+        at -= list.terms[t].coefficient * bottom.body.start.row(list.terms[t].node).transpose();
+      const Vector3 now = top.body.start.row(point.slot).transpose();
+      EXPECT_LT((at - now).head<2>().norm(), (k == 0 ? 1.01 : 0.1) * step.head<2>().norm()) << k;
+      if (point.slot == 4 && (faces.empty() || faces.back() != point.face)) faces.push_back(point.face);
+    }
+    remember(list, 0, list.points.size(), Points::Zero(m, 3), Points::Ones(m, 3), 1e-6, memory);
+    top.body.start = top.body.end, top.body.start.col(2).setZero();
+  }
+  EXPECT_GE(faces.size(), 4u);
+}
+
+// Off the rim of a box: held while it is on, then let go, and not pushed from then on although it sinks beside the box.
+TEST(Detection, SlidingOffTheRimEndsTheContact) {
+  const Patch plate = box(3, 3, 1.0);
+  Patch node = patch(1, 0, false, 0.1);
+  node.body.start.col(0).array() += 2.7, node.body.start.col(1).array() += 1.2;
+  PairMemory memory;
+  std::vector<double> last(4, 0);
+  for (int k = 0; k < 60; ++k) {
+    move(node, Vector3(0.01, 0, -2e-3));
+    const ContactList list = run(node, plate, memory, k == 0);
+    std::vector<char> held(4, 0);
+    Points end_gap(static_cast<Index>(list.points.size()), 3), impulse = Points::Zero(static_cast<Index>(list.points.size()), 3);
+    for (std::size_t i = 0; i < list.points.size(); ++i) {
+      const ContactPoint& point = list.points[i];
+      const bool is_top = point.normal()[2] > 0.99;
+      if (!is_top) {
+        EXPECT_GT(point.gap[0], 0) << "pushed aside at step " << k;
+      }
+      held[point.slot] |= is_top;
+      end_gap(static_cast<Index>(i), 0) = is_top ? 0 : point.gap[0];
+      impulse(static_cast<Index>(i), 0) = is_top;
+      if (is_top) last[point.slot] = std::max(last[point.slot], node.body.start(point.slot, 0));
+    }
+    remember(list, 0, list.points.size(), end_gap, impulse, 1e-6, memory);
+    node.body.start = node.body.end;
+    for (Index i = 0; i < 4; ++i)
+      if (held[i]) node.body.start(i, 2) = 0;
+  }
+  for (const double x : last) {
+    EXPECT_GT(x, 2.98);
+    EXPECT_LT(x, 3.06);
+  }
+  EXPECT_LT(node.body.start.col(2).maxCoeff(), -0.01);
 }
 
 }  // namespace
