@@ -140,7 +140,10 @@ void summarise(const BuiltScene& built, const RunResult& result, Report& report)
   for (const std::string& note : built.notes) report.line("note: " + note);
   if (!(b.energy <= 1e-8)) report.warning("the energy balance does not close: the step may be above the critical one");
   // Frictionless contact can take energy, and give back what it took, but bring none.
-  const double brought = *std::max_element(result.work_contact.begin(), result.work_contact.end());
+  // While nodes are held, they swing between the ends of exact steps, which counts as energy until they are let go.
+  double brought = result.work_contact.back();
+  for (std::size_t i = 0; i < result.time.size(); ++i)
+    if (result.active[i] == 0) brought = std::max(brought, result.work_contact[i]);
   const double scale = std::max(*std::max_element(result.total.begin(), result.total.end()), std::abs(result.work_external.back()));
   if (brought > 0.01 * scale) {
     std::ostringstream warning;
