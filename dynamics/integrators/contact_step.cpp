@@ -2,110 +2,13 @@
 #include "dynamics/integrators/contact_step.hpp"
 
 #include <algorithm>
-#include <numeric>
 #include <sstream>
 
 #include "common/error.hpp"
-#include "dynamics/contact/mortar.hpp"
+#include "dynamics/integrators/contact_group.hpp"
 
 namespace cbr {
 namespace {
-
-// The points that one search of a pair has found: its slave's nodes, or those of its master in a two-way contact.
-struct Search {
-  Index pair = 0;
-  PairMemory* memory = nullptr;
-  std::size_t first = 0, last = 0;
-};
-
-// The points of some pairs, solved together.
-struct Group {
-  std::vector<Search> searches;
-  ContactList list;
-  std::vector<PointLaw> laws;
-  Points guess;               // impulses of the last step, in the points' frames
-  std::vector<Index> bodies;  // contact bodies that a point has terms on, ascending
-};
-
-// Appends what holds tied surfaces together: the same rows in every step.
-void collect_ties(const ContactPair& pair, const ContactState& state, ContactList& list) {
-  const Index shift = static_cast<Index>(list.terms.size());
-  list.terms.insert(list.terms.end(), pair.ties.terms.begin(), pair.ties.terms.end());
-  for (std::size_t i = 0; i < pair.ties.points.size(); ++i) {
-    ContactPoint point = pair.ties.points[i];
-    Vector3 r = -pair.tie_offset.row(static_cast<Index>(i)).transpose();
-    for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {
-      const ContactTerm& term = pair.ties.terms[t];
-      r += term.coefficient * state.bodies[term.body].end.row(term.node).transpose();
-    }
-    point.gap = point.frame * r;
-    point.first_term += shift;
-    list.points.push_back(point);
-  }
-}
-
-void search(Simulation& sim, Index p, bool back, bool initial, const ContactState& state, Group& group) {
-  ContactPair& pair = sim.pairs[p];
-  PairMemory& memory = back ? pair.back : pair.memory;
-  const ContactSurface &slave = back ? pair.master : pair.slave, &master = back ? pair.slave : pair.master;
-  const ContactBody &slave_body = state.bodies[slave.body], &master_body = state.bodies[master.body];
-  const std::size_t first = group.list.points.size();
-  if (pair.law.law == ContactLaw::tied) {
-    collect_ties(pair, state, group.list);
-  } else if (pair.wall) {
-    detect_wall(slave, slave_body, *pair.wall, initial, memory, group.list);
-  } else if (pair.formulation == Formulation::mortar) {
-    detect_mortar(slave, slave_body, master, master_body, initial, sim.detection, memory, group.list);
-  } else {
-    detect(slave, slave_body, master, master_body, initial, sim.detection, memory, group.list);
-  }
-  group.searches.push_back({p, &memory, first, group.list.points.size()});
-  group.laws.resize(group.list.points.size(), pair.law);
-  if (pair.law.law != ContactLaw::coulomb) return;
-  for (std::size_t i = first; i < group.list.points.size(); ++i) {
-    ContactPoint& point = group.list.points[i];
-    point.gap.tail<2>() = point.frame.bottomRows<2>() * relative_motion(group.list, point, state.bodies);
-  }
-}
-
-Group collect(Simulation& sim, const std::vector<Index>& pairs, bool initial, const ContactState& state) {
-  Group group;
-  for (const Index p : pairs) {
-    search(sim, p, false, initial, state, group);
-    if (sim.pairs[p].formulation == Formulation::two_way) search(sim, p, true, initial, state, group);
-  }
-  group.guess.setZero(static_cast<Index>(group.list.points.size()), 3);
-  for (const Search& of : group.searches) {
-    if (of.memory->impulse.rows() == 0) continue;
-    for (auto i = of.first; i < of.last; ++i) {
-      const ContactPoint& point = group.list.points[i];
-      group.guess.row(static_cast<Index>(i)) = of.memory->impulse.row(point.slot) * point.frame.transpose();
-    }
-  }
-  std::vector<char> used(state.bodies.size(), 0);
-  for (const ContactTerm& term : group.list.terms) used[term.body] = 1;
-  for (std::size_t b = 0; b < used.size(); ++b)
-    if (used[b]) group.bodies.push_back(static_cast<Index>(b));
-  return group;
-}
-
-// Pairs of one enforcement, those that share a body together.
-std::vector<std::vector<Index>> islands(const Simulation& sim, const std::vector<Index>& due, Enforcement enforcement) {
-  std::vector<Index> root(sim.contact_nodes.size());
-  std::iota(root.begin(), root.end(), Index{0});
-  const auto find = [&](Index b) {
-    while (root[b] != b) b = root[b];
-    return b;
-  };
-  for (const Index p : due)
-    if (sim.pairs[p].enforcement == enforcement) root[find(sim.pairs[p].slave.body)] = find(sim.pairs[p].master.body);
-  std::map<Index, std::vector<Index>> by_root;
-  for (const Index p : due)
-    if (sim.pairs[p].enforcement == enforcement) by_root[find(sim.pairs[p].slave.body)].push_back(p);
-  std::vector<std::vector<Index>> list;
-  for (auto& [body, pairs] : by_root) list.push_back(std::move(pairs));
-  return list;
-}
 
 // end += S p, over the dofs that an impulse acts on.
 void move_end(const NodeResponse& response, const Points& impulses, Points& end_points) {
@@ -122,7 +25,7 @@ void move_end(const NodeResponse& response, const Points& impulses, Points& end_
 }
 
 // Hands the impulses of the group to the bodies; nodal: as velocities of the nodes alone.
-void deliver(Simulation& sim, const Group& group, bool nodal, double h, ContactState& state, ContactOutcome& outcome) {
+void deliver(Simulation& sim, const ContactGroup& group, bool nodal, double h, ContactState& state, ContactOutcome& outcome) {
   for (const Index b : group.bodies) {
     ContactBody& contact = state.bodies[b];
     const ContactNodes& nodes = sim.contact_nodes[b];
@@ -149,8 +52,8 @@ void deliver(Simulation& sim, const Group& group, bool nodal, double h, ContactS
 }
 
 // The pair's share of a search: resultants, extremes.
-void book_pair(const Group& group, const Search& of, const EnforcementResult& result, const ContactState& state, ContactPair& pair,
-               Index& active) {
+void book_pair(const ContactGroup& group, const ContactSearch& of, const EnforcementResult& result, const ContactState& state,
+               ContactPair& pair, Index& active) {
   const bool tied = pair.law.law == ContactLaw::tied;
   const double side = of.memory == &pair.memory ? 1 : -1;
   const double share = pair.formulation == Formulation::two_way ? 0.5 : 1;  // seen from both sides
@@ -175,7 +78,7 @@ void book_pair(const Group& group, const Search& of, const EnforcementResult& re
 }
 
 // The normal impulses on the nodes, slave and master.
-void book_pressure(const Group& group, const Search& of, const EnforcementResult& result, ContactState& state) {
+void book_pressure(const ContactGroup& group, const ContactSearch& of, const EnforcementResult& result, ContactState& state) {
   for (auto i = of.first; i < of.last; ++i) {
     const ContactPoint& point = group.list.points[i];
     const Vector3 impulse = result.p(static_cast<Index>(i), 0) * point.normal();
@@ -187,9 +90,10 @@ void book_pressure(const Group& group, const Search& of, const EnforcementResult
   }
 }
 
-void book(Simulation& sim, const Group& group, const EnforcementResult& result, ContactState& state, ContactOutcome& outcome) {
-  for (const Search& of : group.searches) sim.pairs[of.pair].area = 0;
-  for (const Search& of : group.searches) {
+void book(Simulation& sim, const ContactGroup& group, const EnforcementResult& result, ContactState& state,
+          ContactOutcome& outcome) {
+  for (const ContactSearch& of : group.searches) sim.pairs[of.pair].area = 0;
+  for (const ContactSearch& of : group.searches) {
     ContactPair& pair = sim.pairs[of.pair];
     outcome.near[of.pair] |= of.last > of.first;
     book_pair(group, of, result, state, pair, outcome.active[of.pair]);
@@ -202,7 +106,7 @@ void book(Simulation& sim, const Group& group, const EnforcementResult& result, 
   }
 }
 
-void prepare(const Simulation& sim, const Group& group, double h, ContactState& state) {
+void prepare(const Simulation& sim, const ContactGroup& group, double h, ContactState& state) {
   for (const Index b : group.bodies) {
     ContactBody& body = state.bodies[b];
     body.impulses.setZero(), body.friction.setZero();
@@ -212,16 +116,16 @@ void prepare(const Simulation& sim, const Group& group, double h, ContactState& 
   }
 }
 
-double largest_frequency(const Simulation& sim, const Group& group) {
+double largest_frequency(const Simulation& sim, const ContactGroup& group) {
   double omega = 0;
   for (const Index b : group.bodies) omega = std::max(omega, sim.bodies[sim.contact_nodes[b].body]->largest_frequency());
   return omega;
 }
 
 // The springs' stretch at the start of the step, per point.
-Points elastic_slips(const Group& group) {
+Points elastic_slips(const ContactGroup& group) {
   Points slip = Points::Zero(static_cast<Index>(group.list.points.size()), 3);
-  for (const Search& of : group.searches) {
+  for (const ContactSearch& of : group.searches) {
     if (of.memory->elastic_slip.rows() == 0) continue;
     for (auto i = of.first; i < of.last; ++i)
       slip.row(static_cast<Index>(i)) = of.memory->elastic_slip.row(group.list.points[i].slot);
@@ -230,8 +134,8 @@ Points elastic_slips(const Group& group) {
 }
 
 // Adds the step's motion to the stretch of the springs in contact; the others are let go.
-void stretch_springs(const Group& group, const EnforcementResult& result, const Points& slip, const ContactState& state) {
-  for (const Search& of : group.searches) {
+void stretch_springs(const ContactGroup& group, const EnforcementResult& result, const Points& slip, const ContactState& state) {
+  for (const ContactSearch& of : group.searches) {
     of.memory->elastic_slip.setZero(of.memory->offset.size(), 3);
     for (auto i = of.first; i < of.last; ++i) {
       const ContactPoint& point = group.list.points[i];
@@ -243,7 +147,7 @@ void stretch_springs(const Group& group, const EnforcementResult& result, const 
   }
 }
 
-EnforcementResult enforce(Simulation& sim, const Group& group, double h, ContactState& state, ContactOutcome& outcome) {
+EnforcementResult enforce(Simulation& sim, const ContactGroup& group, double h, ContactState& state, ContactOutcome& outcome) {
   const Index p = group.searches.front().pair;
   ContactPair& pair = sim.pairs[p];
   const bool nodal = pair.enforcement == Enforcement::nodal;
@@ -264,9 +168,9 @@ EnforcementResult enforce(Simulation& sim, const Group& group, double h, Contact
 
 void solve_group(Simulation& sim, const std::vector<Index>& pairs, double h, bool initial, ContactState& state,
                  ContactOutcome& outcome) {
-  const Group group = collect(sim, pairs, initial, state);
+  const ContactGroup group = collect(sim, pairs, initial, state);
   if (group.list.empty()) {
-    for (const Search& of : group.searches) forget(*of.memory);
+    for (const ContactSearch& of : group.searches) forget(*of.memory);
     return;
   }
   prepare(sim, group, h, state);

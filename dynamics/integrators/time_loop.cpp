@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
-#include "common/error.hpp"
 #include "dynamics/integrators/contact_step.hpp"
+#include "dynamics/integrators/recorder.hpp"
 #include "dynamics/integrators/simulation.hpp"
 
 namespace cbr {
@@ -34,15 +33,12 @@ double time_apart(const MotionBound& a, const MotionBound& b, double margin) {
 class TimeLoop {
  public:
   TimeLoop(Simulation& simulation, const RunOptions& options)
-      : sim_(simulation), options_(options), state_(start_contact(simulation)) {
+      : sim_(simulation), options_(options), state_(start_contact(simulation)), recorder_(simulation) {
     at_.assign(sim_.bodies.size(), 0);
     due_at_.assign(sim_.pairs.size(), 0);
     wait_.assign(sim_.pairs.size(), 1);
     backoff_ = wait_;
     current_.assign(sim_.contact_nodes.size(), 0);
-    result_.monitors.resize(sim_.monitors.size());
-    result_.bodies.resize(sim_.bodies.size());
-    result_.pairs.resize(sim_.pairs.size());
     outcome_.active.assign(sim_.pairs.size(), 0);
     outcome_.near.assign(sim_.pairs.size(), 0);
     bounds_.resize(current_.size());
@@ -69,17 +65,17 @@ class TimeLoop {
         advance(step);
         next = step + 1;
       } else {
-        result_.jumps += next > step + 1;
+        recorder_.result().jumps += next > step + 1;
       }
       step = next;
-      ++result_.steps;
+      const Index taken = ++recorder_.result().steps;
       if (plan().is_output(step)) {
         record(step, recorded);
         recorded = step;
       }
-      if (result_.steps % 16 == 0) look_up(step);
+      if (taken % 16 == 0) look_up(step);
     }
-    return std::move(result_);
+    return std::move(recorder_.result());
   }
 
  private:
@@ -212,102 +208,15 @@ class TimeLoop {
   void record(Index step, Index last) {
     const double t = plan().time(step), interval = t - plan().time(last);
     for (Index b = 0; b < static_cast<Index>(sim_.bodies.size()); ++b) bring(b, step);
-    result_.time.push_back(t);
-    record_monitors(interval);
-    record_energy();
-    record_pairs(interval);
-    record_pressure(interval);
-    check_finite(t);
+    recorder_.record(t, interval, state_, outcome_);
     if (options_.on_output) options_.on_output(step, t);
-  }
-
-  void record_pairs(double interval) {
-    double active = 0;
-    for (Index p = 0; p < n_pairs(); ++p) {
-      ContactPair& pair = sim_.pairs[p];
-      RunResult::OfPair& of = result_.pairs[p];
-      of.active.push_back(static_cast<double>(outcome_.active[p]));
-      of.area.push_back(outcome_.active[p] > 0 ? pair.area : 0);
-      of.penetration.push_back(pair.recent_penetration);
-      of.residual.push_back(pair.recent_residual);
-      of.force.add(interval > 0 ? Vector3((pair.slave_is_first ? 1 : -1) * pair.impulse / interval) : Vector3::Zero());
-      of.center_of_pressure.add(pair.normal_impulse > 0 ? Vector3(pair.moment / pair.normal_impulse) : Vector3::Zero());
-      pair.penetration = std::max(pair.penetration, pair.recent_penetration);
-      pair.residual = std::max(pair.residual, pair.recent_residual);
-      pair.recent_penetration = pair.recent_residual = pair.normal_impulse = 0;
-      pair.impulse = pair.moment = Vector3::Zero();
-      active += static_cast<double>(outcome_.active[p]);
-    }
-    result_.active.push_back(active);
-  }
-
-  void record_pressure(double interval) {
-    for (std::size_t c = 0; c < sim_.contact_nodes.size(); ++c) {
-      ContactNodes& nodes = sim_.contact_nodes[c];
-      Points& impulses = state_.normal_since_output[c];
-      if (impulses.rows() == 0) continue;
-      nodes.pressure.setZero(impulses.rows());
-      for (Index i = 0; i < impulses.rows() && interval > 0; ++i) {
-        const double J = impulses.row(i).norm();
-        if (J == 0) continue;
-        const double area = facing_area(nodes.areas[i], nodes.area_vectors.row(i), impulses.row(i).transpose() / J);
-        if (area > 0) nodes.pressure[i] = J / (area * interval);
-      }
-      impulses.setZero();
-    }
-  }
-
-  void record_monitors(double interval) {
-    for (std::size_t i = 0; i < sim_.monitors.size(); ++i) {
-      const Monitor& monitor = sim_.monitors[i];
-      Vector3 position, velocity, impulse = Vector3::Zero();
-      sim_.bodies[monitor.body]->mean_motion(monitor.mean_set, position, velocity);
-      for (const Index slot : monitor.contact_slots) impulse += state_.impulses_since_output[monitor.contact].row(slot).transpose();
-      result_.monitors[i].mean_position.add(position);
-      result_.monitors[i].mean_velocity.add(velocity);
-      result_.monitors[i].force.add(interval > 0 ? Vector3(impulse / interval) : Vector3::Zero());
-    }
-    for (auto& impulses : state_.impulses_since_output) impulses.setZero();
-  }
-
-  void record_energy() {
-    double total = 0, external = 0, contact = 0, friction = 0;
-    for (std::size_t b = 0; b < sim_.bodies.size(); ++b) {
-      const BodyState state = sim_.bodies[b]->state();
-      const BodyWork work = sim_.bodies[b]->work();
-      auto& series = result_.bodies[b];
-      series.center_of_mass.add(state.center_of_mass);
-      series.momentum.add(state.momentum);
-      series.angular_momentum.add(state.angular_momentum);
-      series.kinetic_energy.push_back(state.kinetic_energy);
-      series.strain_energy.push_back(state.strain_energy);
-      total += state.kinetic_energy + state.strain_energy;
-      external += work.external, contact += work.contact, friction += work.friction;
-      if (state.rotation > result_.largest_rotation) {
-        result_.largest_rotation = state.rotation;
-        result_.most_rotated = static_cast<Index>(b);
-      }
-    }
-    result_.total.push_back(total);
-    result_.work_external.push_back(external);
-    result_.work_contact.push_back(contact);
-    result_.work_friction.push_back(friction);
-  }
-
-  void check_finite(double t) const {
-    if (std::isfinite(result_.total.back())) return;
-    std::ostringstream message;
-    message << "the motion is no longer finite at t = " << t << " s";
-    for (std::size_t b = 0; b < sim_.bodies.size(); ++b)
-      if (!std::isfinite(result_.bodies[b].kinetic_energy.back())) message << ", instance '" << sim_.bodies[b]->name() << "'";
-    throw RunError(message.str() + ": is the step above the critical one (time.force)?");
   }
 
   Simulation& sim_;
   const RunOptions& options_;
   ContactState state_;
   ContactOutcome outcome_;
-  RunResult result_;
+  Recorder recorder_;
   std::vector<Index> at_;              // per body: the step it has reached
   std::vector<Index> due_at_;          // per pair: no contact in steps that start before this one
   std::vector<Index> wait_, backoff_;  // per pair: steps until its bound is formed again; the next such wait

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/integrators/recorder.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "common/error.hpp"
+
+namespace cbr {
+
+Recorder::Recorder(Simulation& simulation) : sim_(simulation) {
+  result_.monitors.resize(sim_.monitors.size());
+  result_.bodies.resize(sim_.bodies.size());
+  result_.pairs.resize(sim_.pairs.size());
+}
+
+void Recorder::record(double t, double interval, ContactState& state, const ContactOutcome& outcome) {
+  result_.time.push_back(t);
+  record_monitors(interval, state);
+  record_energy();
+  record_pairs(interval, outcome);
+  record_pressure(interval, state);
+  check_finite(t);
+}
+
+void Recorder::record_pairs(double interval, const ContactOutcome& outcome) {
+  double active = 0;
+  for (Index p = 0; p < static_cast<Index>(sim_.pairs.size()); ++p) {
+    ContactPair& pair = sim_.pairs[p];
+    RunResult::OfPair& of = result_.pairs[p];
+    of.active.push_back(static_cast<double>(outcome.active[p]));
+    of.area.push_back(outcome.active[p] > 0 ? pair.area : 0);
+    of.penetration.push_back(pair.recent_penetration);
+    of.residual.push_back(pair.recent_residual);
+    of.force.add(interval > 0 ? Vector3((pair.slave_is_first ? 1 : -1) * pair.impulse / interval) : Vector3::Zero());
+    of.center_of_pressure.add(pair.normal_impulse > 0 ? Vector3(pair.moment / pair.normal_impulse) : Vector3::Zero());
+    pair.penetration = std::max(pair.penetration, pair.recent_penetration);
+    pair.residual = std::max(pair.residual, pair.recent_residual);
+    pair.recent_penetration = pair.recent_residual = pair.normal_impulse = 0;
+    pair.impulse = pair.moment = Vector3::Zero();
+    active += static_cast<double>(outcome.active[p]);
+  }
+  result_.active.push_back(active);
+}
+
+void Recorder::record_pressure(double interval, ContactState& state) {
+  for (std::size_t c = 0; c < sim_.contact_nodes.size(); ++c) {
+    ContactNodes& nodes = sim_.contact_nodes[c];
+    Points& impulses = state.normal_since_output[c];
+    if (impulses.rows() == 0) continue;
+    nodes.pressure.setZero(impulses.rows());
+    for (Index i = 0; i < impulses.rows() && interval > 0; ++i) {
+      const double J = impulses.row(i).norm();
+      if (J == 0) continue;
+      const double area = facing_area(nodes.areas[i], nodes.area_vectors.row(i), impulses.row(i).transpose() / J);
+      if (area > 0) nodes.pressure[i] = J / (area * interval);
+    }
+    impulses.setZero();
+  }
+}
+
+void Recorder::record_monitors(double interval, ContactState& state) {
+  for (std::size_t i = 0; i < sim_.monitors.size(); ++i) {
+    const Monitor& monitor = sim_.monitors[i];
+    Vector3 position, velocity, impulse = Vector3::Zero();
+    sim_.bodies[monitor.body]->mean_motion(monitor.mean_set, position, velocity);
+    for (const Index slot : monitor.contact_slots) impulse += state.impulses_since_output[monitor.contact].row(slot).transpose();
+    result_.monitors[i].mean_position.add(position);
+    result_.monitors[i].mean_velocity.add(velocity);
+    result_.monitors[i].force.add(interval > 0 ? Vector3(impulse / interval) : Vector3::Zero());
+  }
+  for (auto& impulses : state.impulses_since_output) impulses.setZero();
+}
+
+void Recorder::record_energy() {
+  double total = 0, external = 0, contact = 0, friction = 0;
+  for (std::size_t b = 0; b < sim_.bodies.size(); ++b) {
+    const BodyState now = sim_.bodies[b]->state();
+    const BodyWork work = sim_.bodies[b]->work();
+    auto& series = result_.bodies[b];
+    series.center_of_mass.add(now.center_of_mass);
+    series.momentum.add(now.momentum);
+    series.angular_momentum.add(now.angular_momentum);
+    series.kinetic_energy.push_back(now.kinetic_energy);
+    series.strain_energy.push_back(now.strain_energy);
+    total += now.kinetic_energy + now.strain_energy;
+    external += work.external, contact += work.contact, friction += work.friction;
+    if (now.rotation > result_.largest_rotation) {
+      result_.largest_rotation = now.rotation;
+      result_.most_rotated = static_cast<Index>(b);
+    }
+  }
+  result_.total.push_back(total);
+  result_.work_external.push_back(external);
+  result_.work_contact.push_back(contact);
+  result_.work_friction.push_back(friction);
+}
+
+void Recorder::check_finite(double t) const {
+  if (std::isfinite(result_.total.back())) return;
+  std::ostringstream message;
+  message << "the motion is no longer finite at t = " << t << " s";
+  for (std::size_t b = 0; b < sim_.bodies.size(); ++b)
+    if (!std::isfinite(result_.bodies[b].kinetic_energy.back())) message << ", instance '" << sim_.bodies[b]->name() << "'";
+  throw RunError(message.str() + ": is the step above the critical one (time.force)?");
+}
+
+}  // namespace cbr

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What a run writes down at its output times.
+#pragma once
+
+#include "dynamics/integrators/contact_step.hpp"
+#include "dynamics/integrators/simulation.hpp"
+
+namespace cbr {
+
+class Recorder {
+ public:
+  explicit Recorder(Simulation& simulation);
+
+  // All bodies are at time t, `interval` after the last record (0: the first). Sums of contact since then are taken and begin anew.
+  // RunError when the motion is no longer finite, by time and instance.
+  void record(double t, double interval, ContactState& state, const ContactOutcome& outcome);
+  RunResult& result() { return result_; }
+
+ private:
+  void record_monitors(double interval, ContactState& state);
+  void record_energy();
+  void record_pairs(double interval, const ContactOutcome& outcome);
+  void record_pressure(double interval, ContactState& state);
+  void check_finite(double t) const;
+
+  Simulation& sim_;
+  RunResult result_;
+};
+
+}  // namespace cbr
