@@ -8,6 +8,7 @@
 #include "common/mesh/surface.hpp"
 #include "dynamics/contact/mortar.hpp"
 #include "dynamics/setup/contact_faces.hpp"
+#include "tests/support/bars.hpp"
 #include "tests/support/solve.hpp"
 #include "tests/unit/common/elements/box_mesh.hpp"
 
@@ -178,6 +179,67 @@ TEST(ContactPatch, MortarStrainsElementsOfSecondOrderUniformly) {
       EXPECT_LT(patch.multiplier, 1e-9);
     }
   }
+}
+
+// The patch test in motion: bars without lateral contraction whose ends are meshed differently strike each other as bars that are
+// one element thick do, wave by wave.
+TEST(ContactPatch, WavesPassBetweenMeshesThatDoNotMatch) {
+  const auto strike = [](Index across1, Index across2, const std::string& contact, bool mesh) {
+    Bar first, second;
+    first.velocity = 1e-3, first.n = 4, first.across = across1, first.mesh = mesh;
+    second.start = 1 + 1e-5, second.n = 6, second.across = across2, second.mesh = mesh;
+    BarScene scene;
+    scene.bars = {first, second}, scene.step = "5e-4";
+    scene.end = 0.3, scene.contact = contact;
+    if (mesh) scene.integrator = "central-difference";
+    return run(scene);
+  };
+  for (const bool mesh : {true, false}) {
+    const Ran thin = strike(1, 1, "", mesh), mortar = strike(2, 3, ", formulation: mortar", mesh),
+              node_face = strike(2, 3, "", mesh);
+    const auto difference = [&](const Ran& ran) {
+      double largest = 0;
+      for (const char* name : {"b0", "b1"}) {
+        const auto &a = ran.body(name).momentum.values, &b = thin.body(name).momentum.values;
+        EXPECT_EQ(a.size(), b.size());
+        for (std::size_t k = 0; k < a.size(); ++k) largest = std::max(largest, std::abs(a[k] - b[k]));
+      }
+      return largest / (thin.mass("b0") * 1e-3);
+    };
+    EXPECT_LT(difference(mortar), 1e-9);
+    EXPECT_GT(difference(node_face), 1e-4);
+  }
+}
+
+// Faces of second order through the whole program.
+TEST(ContactPatch, FacesOfSecondOrderStrikeEachOther) {
+  SceneFolder folder;
+  const std::array<ElementType, 2> types{hex20, tet10};
+  for (std::size_t i = 0; i < 2; ++i) {
+    Mesh mesh = box_mesh(types[i], {4, 2 + Index(i), 2}, Vector3(1, 0.3, 0.3));
+    for (const double x : {0.0, 1.0}) {
+      Sideset sides{x == 0 ? "x_min" : "x_max", x == 0 ? 1 : 2, {}};
+      for (Index e = 0; e < mesh.blocks[0].connectivity.rows(); ++e)
+        for (int side = 1; side <= n_sides(types[i]); ++side) {
+          const Vector X = mesh.coordinates(nodes_of_side(mesh, {0, e, side}), 0);
+          if ((X.array() - x).abs().maxCoeff() < 1e-9) sides.sides.push_back({0, e, side});
+        }
+      mesh.sidesets.push_back(sides);
+    }
+    folder.add(name_of(i) + ".exo", mesh);
+  }
+  Bar first, second;
+  first.velocity = 1e-3, second.start = 1 + 1e-5, first.width = second.width = 0.3;
+  BarScene scene;
+  scene.bars = {first, second};
+  scene.integrator = "central-difference", scene.end = 0.3, scene.contact = ", formulation: mortar";
+  const Ran ran = folder.run(yaml(scene));
+  const auto speed = [&](const std::string& name) {
+    return at(ran.body(name).momentum, ran.result.time.size() - 1)[0] / ran.mass(name);
+  };
+  // Equal bars exchange their speeds
+  EXPECT_NEAR(speed("b0"), 0, 1e-4);
+  EXPECT_NEAR(speed("b1"), 1e-3, 1e-4);
 }
 
 }  // namespace
