@@ -15,6 +15,7 @@
 // L2) contact sees only the pushing half of the ripples behind the front, which die out as t^(-3/4): their sum leaves h^(1/2).
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdio>
 
 #include "tests/support/bars.hpp"
@@ -170,6 +171,61 @@ TEST(BarImpact, StifferBarPushesASofterOneInSteps) {
   // u = 2/3, 2/9, 2/27 v for T1, T1 and T1 / 2; the striker weighs 0.8 of the target
   EXPECT_NEAR(c.after2, 10 * 0.1 * (2.0 / 3 + 2.0 / 9 + 1.0 / 27) / 1.25, 1e-12);
   expect_all(c, 0.6, 0.02, 0.6);
+}
+
+// A bar that flies against a rigid wall presses on it with Z v for 2 L / c, its end at rest, and flies back as it came. On two
+// equal bars that meet at opposite speeds the middle is such a wall.
+Ran against_wall(bool mesh, Index n) {
+  BarScene scene;
+  scene.bars = {Bar{}};
+  scene.bars[0].start = start * v, scene.bars[0].velocity = -v, scene.bars[0].mesh = mesh, scene.bars[0].n = n;
+  scene.end = 0.3, scene.every = 0.3 / (8 * double(n));
+  scene.extra = "walls: {wall: {plane: {point: [0, 0, 0], normal: [1, 0, 0]}}}\ncontact: [{between: [b0.x_min, wall]}]\n";
+  return run(scene);
+}
+
+Ran against_twin(bool mesh, Index n) {
+  BarScene scene;
+  scene.bars = {Bar{}, Bar{}};
+  scene.bars[0].start = -1 - start * v, scene.bars[1].start = start * v;
+  scene.bars[0].velocity = v, scene.bars[1].velocity = -v;
+  for (Bar& bar : scene.bars) bar.mesh = mesh, bar.n = n;
+  scene.end = 0.3, scene.every = 0.3 / (8 * double(n));
+  return run(scene);
+}
+
+TEST(BarImpact, RigidWallSendsABarBack) {
+  const double T = Bar{}.transit(), dt = 0.001;
+  std::vector<double> end, centre;
+  for (int i = 0; i <= 300; ++i) {
+    const double s = i * dt - start, in = std::clamp(s, 0.0, T), after = std::max(0.0, s - T);
+    end.push_back(v * (-std::min(i * dt, start) + after));
+    centre.push_back(v * (-std::min(i * dt, start) - in + in * in / T + after));
+  }
+  for (const bool mesh : {true, false}) {
+    std::vector<double> h, ends, centres, speeds;
+    for (const Index n : {10, 20, 40}) {
+      const Ran ran = against_wall(mesh, n);
+      EXPECT_LT(test::energy_residual(ran.result), 1e-10);
+      h.push_back(1 / double(n)), speeds.push_back(std::abs(test::speed_of(ran, 0) / v - 1));
+      ends.push_back(test::error_of(ran.result, ran.monitor("b0.x_min").mean_position, end, dt, v * T));
+      centres.push_back(test::error_of(ran.result, ran.body("b0").center_of_mass, centre, dt, v * T));
+      if (n < 40) continue;
+      const Ran twin = against_twin(mesh, n);
+      double difference = 0;
+      for (std::size_t k = 0; k < ran.result.time.size(); ++k)
+        difference = std::max(difference, std::abs(test::at(ran.monitor("b0.x_min").mean_position, k)[0] -
+                                                   test::at(twin.monitor("b1.x_min").mean_position, k)[0]));
+      EXPECT_LT(difference, 1e-9 * v * T);
+      std::printf("wall, %-14s n %ld: speeds %.1e (order %.2f) centres %.1e (%.2f) ends %.1e (%.2f), to the symmetric twin %.1e\n",
+                  mesh ? "mesh" : "superelement", long(n), speeds.back(), test::observed_order(h, speeds), centres.back(),
+                  test::observed_order(h, centres), ends.back(), test::observed_order(h, ends), difference / (v * T));
+    }
+    EXPECT_GT(test::observed_order(h, speeds), 0.6);
+    EXPECT_GT(test::observed_order(h, centres), 0.6);
+    EXPECT_GT(test::observed_order(h, ends), 0.6);
+    EXPECT_LT(std::max({speeds.back(), centres.back(), ends.back()}), 0.04);
+  }
 }
 
 // What a reduction leaves out: with more modes the impact comes to what the mesh does.

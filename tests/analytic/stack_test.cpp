@@ -24,7 +24,8 @@ struct Way {
   bool mesh;
   Index even, odd;  // elements along the edges of every other block
   std::string contact;
-  double ramp;  // how long gravity grows, and then stays, in swings
+  double ramp;         // how long gravity grows, and then stays, in swings
+  double overlap = 0;  // of neighbours at the start
 };
 
 struct Limits {
@@ -45,7 +46,7 @@ Ran stack(const Way& way) {
   for (int i = 0; i < n_blocks; ++i) {
     const std::string name = "b" + std::to_string(i);
     instances += "  " + name + ": {component: " + (i % 2 ? "odd" : "even") + ", as: " + (way.mesh ? "mesh" : "superelement") +
-                 ", position: " + text(Vector3(0, 0, i)) + "}\n";
+                 ", position: " + text(Vector3(0, 0, i - (i + 1) * way.overlap)) + "}\n";
     contact += "  - {between: [" + name + ".z_min, " + (i == 0 ? "floor" : "b" + std::to_string(i - 1) + ".z_max") + "]" +
                way.contact + "}\n";
     history += (i > 0 ? ", " : "") + name + ".z_max";
@@ -102,6 +103,12 @@ TEST(Stack, TenBlocksRest) {
   expect_rest({"superelement", false, 2, 2, "", 12.5}, {3e-3, 0.07, 0.05, 1e-12, 1e-3});
   expect_rest({"superelement, non-matching", false, 2, 3, "", 12.5}, {3e-3, 0.07, 1e-8, 1e-12, 1e-3});
   expect_rest({"mesh, penalty", true, 2, 2, ", enforcement: penalty", 12.5}, {3e-3, 0.07, 4, 1, 0.02});
+}
+
+// Overlaps, and gaps, at the start that count as closed change nothing.
+TEST(Stack, AdjustedAtTheStart) {
+  expect_rest({"overlap, adjusted", true, 2, 2, ", adjust: 1.0e-3", 12.5, 5e-4}, {3e-3, 0.07, 0.05, 1e-12, 1e-9});
+  expect_rest({"gap, adjusted", false, 2, 3, ", adjust: 1.0e-3", 12.5, -5e-4}, {3e-3, 0.07, 1e-8, 1e-12, 1e-3});
 }
 
 TEST(Stack, TenBlocksRestWithFriction) {
