@@ -87,7 +87,9 @@ void expect_same(const char* what, const Way& way, unsigned seed, const Ran& pla
   const Difference d = test::difference(plain, other, change);
   std::printf("%-22s %-26s seed %u: positions %.1e momenta %.1e angular %.1e forces %.1e energies %.1e pairs %.1e\n", what,
               way.name, seed, d.positions, d.momenta, d.angular, d.forces, d.energies, d.pairs);
-  EXPECT_LT(d.largest(), tolerance) << what << ", " << way.name << ", seed " << seed;
+  // Who touches just then is no small difference when anything is
+  const double largest = tolerance > allowed ? std::max({d.positions, d.momenta, d.forces, d.energies}) : d.largest();
+  EXPECT_LT(largest, tolerance) << what << ", " << way.name << ", seed " << seed;
 }
 
 class RandomScenes : public testing::TestWithParam<std::size_t> {};
