@@ -30,23 +30,20 @@ RowMajorSparse rows_of_body(const ContactList& list, const std::vector<PointLaw>
   return G;
 }
 
-// G_b S_b G_b^T over the rows that are not empty, with S_b read once   (r x r)
+// G_b S_b G_b^T over the rows that are not empty   (r x r)
 Matrix dense_block(const RowMajorSparse& G, const std::vector<Index>& rows, const Matrix& S) {
-  // Only columns that G uses are formed: T = G_b S_b   (m x 3 m_b)
-  std::vector<char> used(S.cols(), 0);
-  for (Index i = 0; i < G.nonZeros(); ++i) used[G.innerIndexPtr()[i]] = 1;
   const Index r = static_cast<Index>(rows.size());
-  Matrix T(r, S.cols()), block = Matrix::Zero(r, r);
-  for (Index c = 0; c < S.cols(); ++c) {
-    if (!used[c]) continue;
-    for (Index i = 0; i < r; ++i) {
+  Matrix T = Matrix::Zero(S.rows(), r), block(r, r);  // T = S_b G_b^T   (3 m_b x r), by whole columns of S
+  for (Index j = 0; j < r; ++j)
+    for (RowMajorSparse::InnerIterator it(G, rows[j]); it; ++it) T.col(j) += it.value() * S.col(it.col());
+  for (Index j = 0; j < r; ++j) {
+    const double* t = T.col(j).data();
+    for (Index i = j; i < r; ++i) {
       double sum = 0;
-      for (RowMajorSparse::InnerIterator it(G, rows[i]); it; ++it) sum += it.value() * S(it.col(), c);
-      T(i, c) = sum;
+      for (RowMajorSparse::InnerIterator it(G, rows[i]); it; ++it) sum += it.value() * t[it.col()];
+      block(i, j) = block(j, i) = sum;
     }
   }
-  for (Index j = 0; j < r; ++j)
-    for (RowMajorSparse::InnerIterator it(G, rows[j]); it; ++it) block.col(j) += it.value() * T.col(it.col());
   return block;
 }
 
