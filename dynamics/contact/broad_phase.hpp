@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Which boxes can meet: a uniform grid over the region that both sides share, so that what is far costs one comparison. The grid is
-// built anew in each step: that was faster than to refit a tree of boxes for all sizes from 100 to 100000 faces where surfaces
+// built anew in each step: that was faster than to refit a tree of boxes from 1000 to 100000 faces where surfaces
 // touch widely, and 1.5 times slower, of little, where they touch in a point (tests/benchmarks/broad_phase.cpp).
 #pragma once
 
