@@ -26,6 +26,7 @@ struct Hit {
   // When the node went through the face, as a share of the step; not above 0: it was behind it at the start, by this share of the
   // face's size. The last face that a node goes through is the one by which it enters a convex body.
   double entry = 0;
+  double outside = 0;  // how far the node is off the face now, as a share of the face's size; not above 0: over it
   bool over_now = false, over_at_end = false, nearly_over = false;
   bool same = false;     // it is the face that the node touched in the last step
   bool follows = false;  // looks the same way as the face that the node touched in the last step
@@ -136,6 +137,7 @@ bool meets(const Step& step, const Node& node, Index face, Hit& hit) {
   hit.start_gap = before.distance - node.lift;
   const bool known = before.normal.dot(node.known_normal) >= same_side;
   const double edge = known ? step.options.edge_tolerance : step.options.new_edge_tolerance;
+  hit.outside = before.outside;
   hit.over_now = before.outside <= step.options.new_edge_tolerance;
   hit.over_at_end = hit.end.outside <= edge;
   hit.nearly_over = hit.end.outside <= step.options.edge_tolerance;
@@ -170,6 +172,24 @@ bool holds_too(const Step& step, const Hit& first, const Hit& second) {
   if (first.end.normal.dot(between) > 0 && second.end.normal.dot(between) < 0)
     return second.start_gap >= -step.options.kept_depth * step.master.sizes[second.face];
   return first.end_gap >= -1e-6 * step.master.sizes[first.face] && second.start_gap >= 0.5 * second.end_gap;
+}
+
+// Near an edge between faces that look nearly the same way a node that touches is held along a mean of their normals, which goes
+// over from the one to the other as the node slides across: no jump, and no side is taken by a node on the edge itself.
+void blend_normals(const Step& step, const Node& node, std::vector<Hit>& hits) {
+  constexpr double nearly_same_way = 0.866;  // 30 degrees
+  Hit& first = hits.front();
+  Vector3 sum = first.end.normal;
+  for (std::size_t i = 1; i < hits.size(); ++i) {
+    const double share = 1 - std::max(0.0, hits[i].outside) / step.options.edge_tolerance;
+    if (hits[i].follows && share > 0 && hits[i].end.normal.dot(first.end.normal) >= nearly_same_way)
+      sum += share * hits[i].end.normal;
+  }
+  first.end.normal = sum.normalized();
+  Vector3 foot = Vector3::Zero();
+  for (int a = 0; a < 4; ++a) foot += first.end.weights[a] * step.master_body.end.row(step.master.faces(first.face, a)).transpose();
+  first.end.distance = first.end.normal.dot(node.end - foot);
+  first.end_gap = first.end.distance - node.lift;
 }
 
 void add_point(const Step& step, const Node& node, const Hit& hit, double offset, ContactList& list) {
@@ -214,6 +234,7 @@ void detect_node(const Step& step, Index slot, PairMemory& memory, std::vector<H
   const double start_gap = hits.front().start_gap;
   // Found behind a face that it has not come through: left where it is, not thrown out
   if (step.initial || (node.face < 0 && start_gap < 0)) keep_overlap(slot, start_gap, step.initial, memory);
+  if (hits.front().follows && hits.size() > 1) blend_normals(step, node, hits);
   std::size_t n_held = 0;  // the hits that hold come first
   for (std::size_t i = 0; i < hits.size(); ++i) {
     const auto also = [&](const Hit& first) { return holds_too(step, first, hits[i]); };

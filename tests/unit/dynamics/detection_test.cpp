@@ -217,6 +217,41 @@ TEST(Detection, OnlyTheFaceThatANodeCameThroughHoldsIt) {
   }
 }
 
+// A roof of two faces that tilt by 0.1 either way, and a node that touches it and slides across the ridge: the normal turns without
+// a jump, and on the ridge it is the mean of both.
+TEST(Detection, NormalsGoOverAcrossAnEdge) {
+  Patch roof = patch(1, 0, true);
+  Points x(6, 3);
+  x << -1, 0, -0.1, 0, 0, 0, 1, 0, -0.1, -1, 1, -0.1, 0, 1, 0, 1, 1, -0.1;
+  roof.surface.faces.resize(2, 4);
+  roof.surface.faces << 0, 1, 4, 3, 1, 2, 5, 4;
+  roof.surface.nodes = {0, 1, 2, 3, 4, 5};
+  roof.body.start = roof.body.end = x;
+  fill_sizes(roof.surface, x);
+  const auto normal_at = [&](double at, Index face) {
+    Patch node = patch(1, 0, false, 1e-4);
+    node.body.start.rowwise() = Eigen::RowVector3d(at, 0.5, -0.1 * std::abs(at));
+    node.body.end = node.body.start;
+    PairMemory memory;
+    start_memory(4, memory);
+    memory.face.assign(4, face), memory.known_face.assign(4, face), memory.has_points = true;
+    const ContactList list = run(node, roof, memory);
+    EXPECT_FALSE(list.empty()) << at;
+    return list.empty() ? Vector3(Vector3::Zero()) : list.points[0].normal();
+  };
+  const Vector3 left = Vector3(-0.1, 0, 1).normalized(), right = Vector3(0.1, 0, 1).normalized();
+  EXPECT_LT((normal_at(-0.1, 0) - left).norm(), 1e-12);
+  EXPECT_LT((normal_at(0.1, 1) - right).norm(), 1e-12);
+  EXPECT_LT((normal_at(0, 0) - Vector3::UnitZ()).norm(), 1e-12);
+  EXPECT_LT((normal_at(0, 1) - Vector3::UnitZ()).norm(), 1e-12);
+  Vector3 before = left;
+  for (int i = -60; i <= 60; ++i) {
+    const Vector3 now = normal_at(1e-3 * i, i < 0 ? 0 : 1);
+    EXPECT_LT((now - before).norm(), 0.2 / 50) << i;  // the whole turn over 0.1, in steps of 1e-3
+    before = now;
+  }
+}
+
 // Every node by every face, straight from the definition, against what the grid lets through.
 TEST(Detection, AgreesWithBruteForceOnRoughSurfaces) {
   std::mt19937 random(7);
