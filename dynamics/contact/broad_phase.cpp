@@ -24,7 +24,8 @@ struct Grid {
     for (int c = 0; c < 3; ++c) {
       const auto cell = [&](double x) {
         const double position = (x - region.lower[c]) * inverse_cell[c];
-        return static_cast<Index>(std::clamp(position, 0.0, static_cast<double>(n[c] - 1)));
+        // Not a number, where a motion that grows without bound has made boxes infinite: any cell will do
+        return position > 0 ? static_cast<Index>(std::min(position, static_cast<double>(n[c] - 1))) : Index{0};
       };
       r[c] = cell(box.lower[c]), r[c + 3] = cell(box.upper[c]);
     }
@@ -52,7 +53,8 @@ Grid make_grid(const Box& region, const std::vector<Box>& targets, const std::ve
   const Vector3 extent = region.upper - region.lower;
   const double limit = std::max(1.0, std::ceil(2 * std::sqrt(n_targets)));
   for (int c = 0; c < 3; ++c) {
-    const double cells = mean[c] > 0 ? std::clamp(std::floor(extent[c] / mean[c]), 1.0, limit) : 1.0;
+    const double wanted = mean[c] > 0 ? std::floor(extent[c] / mean[c]) : 1.0;
+    const double cells = wanted > 1 ? std::min(wanted, limit) : 1.0;
     grid.n[c] = static_cast<Index>(cells);
     grid.inverse_cell[c] = extent[c] > 0 ? cells / extent[c] : 0.0;
   }

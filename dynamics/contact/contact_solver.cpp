@@ -225,6 +225,7 @@ ContactSolution ContactSolver::solve(const Vector& g, const Vector& guess) {
   Methods& methods = impl_->methods;
   const double scale = g.size() > 0 ? g.lpNorm<Eigen::Infinity>() : 0;
   const Vector none = Vector::Zero(g.size());
+  if (!g.allFinite()) return {none, g, std::numeric_limits<double>::infinity()};  // the bodies' motion is: the loop will say so
   if (!(scale > 0) || law_violations(methods.problem(), none, g).isZero(0)) return {none, g};
   Best best;
   attempt(methods, g, guess, scale, best);

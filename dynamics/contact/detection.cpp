@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dynamics/contact/surface_geometry.hpp"
+
 namespace cbr {
 namespace {
 
@@ -42,25 +44,6 @@ struct Node {
   Vector3 known_normal = Vector3::Zero();  // of the face touched last since the bodies were apart; zero: none
   double lift = 0;                         // an adjusted gap
 };
-
-Vector3 mean_normal(const FaceCorners& x) { return (x[2] - x[0]).cross(x[3] - x[1]).stableNormalized(); }
-
-Vector3 centre(const FaceCorners& x) {
-  return x[2] == x[3] ? Vector3((x[0] + x[1] + x[2]) / 3) : Vector3((x[0] + x[1] + x[2] + x[3]) / 4);
-}
-
-Vector3 mean_motion(const ContactSurface& surface, const ContactBody& body) {
-  Vector3 sum = Vector3::Zero();
-  for (const Index node : surface.nodes) sum += (body.end.row(node) - body.start.row(node)).transpose();
-  return sum / static_cast<double>(surface.nodes.size());
-}
-
-double largest_motion(const ContactSurface& surface, const ContactBody& body, const Vector3& drift) {
-  double largest = 0;
-  for (const Index node : surface.nodes)
-    largest = std::max(largest, (body.end.row(node) - body.start.row(node) - drift.transpose()).norm());
-  return largest;
-}
 
 Box swept(const Vector3& start, const Vector3& end) { return {start.cwiseMin(end), start.cwiseMax(end)}; }
 
@@ -233,7 +216,7 @@ void detect_node(const Step& step, Index slot, PairMemory& memory, std::vector<H
   std::stable_sort(hits.begin(), hits.end(), better);
   const double start_gap = hits.front().start_gap;
   // Found behind a face that it has not come through: left where it is, not thrown out
-  if (step.initial || (node.face < 0 && start_gap < 0)) keep_overlap(slot, start_gap, step.initial, memory);
+  if (step.initial || (node.face < 0 && start_gap < 0)) keep_overlap(slot, start_gap + node.lift, step.initial, memory);
   if (hits.front().follows && hits.size() > 1) blend_normals(step, node, hits);
   std::size_t n_held = 0;  // the hits that hold come first
   for (std::size_t i = 0; i < hits.size(); ++i) {
@@ -271,7 +254,8 @@ void keep_overlap(Index slot, double distance, bool initial, PairMemory& memory)
     memory.initial_overlap = std::max(memory.initial_overlap, -distance);
     if (distance > 0) memory.initial_gap = std::min(memory.initial_gap, distance);
   }
-  memory.offset[slot] = std::min(distance, initial && distance <= memory.adjust ? memory.adjust : 0.0);
+  const double closed = initial ? (distance <= memory.adjust ? memory.adjust : 0.0) : std::max(0.0, memory.offset[slot]);
+  memory.offset[slot] = std::min(distance, closed);
 }
 
 void detect(const ContactSurface& slave, const ContactBody& slave_body, const ContactSurface& master,

@@ -65,11 +65,12 @@ double largest_eigenvalue(const GapResponse& W) {
   return lambda;
 }
 
-// s of s + 4 zeta sqrt(s) = share (4 - x^2), and from it spring and dashpot.
+// s of s + 4 zeta sqrt(s) = share (4 - x^2), and from it spring and dashpot. What no impulse moves needs none.
 void fit_spring(double lambda, double h, double x, double damping, PenaltyMemory& memory) {
+  if (!(lambda > 0)) return;
   const double root = std::sqrt(4 * damping * damping + penalty_share * (4 - x * x)) - 2 * damping, s = root * root;
   const double k = s / (h * lambda);
-  memory.stiffness = memory.n_seen > 0 ? std::min(memory.stiffness, k) : k;
+  memory.stiffness = memory.stiffness > 0 ? std::min(memory.stiffness, k) : k;
   memory.dashpot = 2 * damping * std::sqrt(memory.stiffness * h / lambda);
 }
 

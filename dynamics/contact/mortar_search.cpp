@@ -6,29 +6,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dynamics/contact/surface_geometry.hpp"
+
 namespace cbr {
 namespace {
 
 constexpr double facing = -0.3;  // cosine between normals up to which faces look at each other
-
-Vector3 mean_normal(const FaceCorners& x) { return (x[2] - x[0]).cross(x[3] - x[1]).stableNormalized(); }
-
-Vector3 centre(const FaceCorners& x) {
-  return x[2] == x[3] ? Vector3((x[0] + x[1] + x[2]) / 3) : Vector3((x[0] + x[1] + x[2] + x[3]) / 4);
-}
-
-Vector3 mean_motion(const ContactSurface& surface, const ContactBody& body) {
-  Vector3 sum = Vector3::Zero();
-  for (const Index node : surface.nodes) sum += (body.end.row(node) - body.start.row(node)).transpose();
-  return sum / static_cast<double>(surface.nodes.size());
-}
-
-double largest_motion(const ContactSurface& surface, const ContactBody& body, const Vector3& drift) {
-  double largest = 0;
-  for (const Index node : surface.nodes)
-    largest = std::max(largest, (body.end.row(node) - body.start.row(node) - drift.transpose()).norm());
-  return largest;
-}
 
 void fill_boxes(const ContactSurface& surface, const ContactBody& body, const Vector3& drift, double margin,
                 std::vector<Box>& boxes) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "dynamics/contact/broad_phase.hpp"
 #include "dynamics/contact/mortar.hpp"
@@ -118,7 +119,11 @@ TieReport tie_mortar(const ContactSurface& slave, const Points& slave_positions,
     found.push_back(r);
     report.largest_offset = std::max(report.largest_offset, distance);
   }
-  report.without_partner = static_cast<Index>(slave.nodes.size() - found.size());
+  // Beside an edge a node may have two points; one that has none may be in those of its neighbours
+  std::set<Index> held;
+  for (const ContactTerm& term : ties.terms)
+    if (term.body == slave.body) held.insert(term.node);
+  report.without_partner = std::count_if(slave.nodes.begin(), slave.nodes.end(), [&](Index node) { return !held.count(node); });
   append(found, offsets);
   return report;
 }

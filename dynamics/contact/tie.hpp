@@ -11,7 +11,7 @@
 namespace cbr {
 
 struct TieReport {
-  Index without_partner = 0;  // slave nodes with no face within the tolerance: they stay free
+  Index without_partner = 0;  // slave nodes that no tie holds, none of the master being within the tolerance
   double largest_offset = 0;  // of those that are tied: length from the face
 };
 

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <limits>
 #include <random>
 
 namespace cbr {
@@ -63,6 +65,20 @@ TEST(BroadPhase, NothingNearNothingFound) {
   expect_as_brute_force(random_boxes(random, 20, Vector3(1, 1, 1), 0.1), far);
   expect_as_brute_force({}, far);
   expect_as_brute_force(far, {});
+}
+
+// What a run above the critical step makes of boxes before the loop sees that its energy is infinite
+TEST(BroadPhase, InfiniteBoxesAreNoCrash) {
+  std::mt19937 random(5);
+  auto queries = random_boxes(random, 20, Vector3(1, 1, 1), 0.1), targets = random_boxes(random, 30, Vector3(1, 1, 1), 0.1);
+  for (const double huge : {1.7e308, HUGE_VAL}) {
+    queries[3] = targets[7] = {Vector3::Constant(-huge), Vector3::Constant(huge)};
+    expect_as_brute_force(queries, targets);
+  }
+  BroadPhase grid;
+  queries[5].upper[1] = targets[2].lower[0] = std::numeric_limits<double>::quiet_NaN();
+  find_candidates(queries, targets, grid);
+  EXPECT_EQ(grid.candidates.first.size(), queries.size() + 1);
 }
 
 }  // namespace

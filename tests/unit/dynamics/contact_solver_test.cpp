@@ -5,6 +5,9 @@
 
 #include <Eigen/Dense>
 
+#include <cmath>
+#include <limits>
+
 #include "dynamics/contact/block_gauss_seidel.hpp"
 #include "dynamics/contact/contact_newton.hpp"
 #include "dynamics/contact/projected_gradients.hpp"
@@ -216,6 +219,19 @@ TEST(ContactSolver, NothingToDo) {
   EXPECT_EQ(solver.solve(Vector::Zero(3), Vector::Ones(3)).p.norm(), 0);
   ContactSolver empty(dense(Matrix(0, 0)), {});
   EXPECT_EQ(empty.solve(Vector(), Vector()).p.size(), 0);
+}
+
+TEST(ContactSolver, GapsThatAreNotFiniteGetNoImpulse) {
+  for (const ContactLaw law : {ContactLaw::frictionless, ContactLaw::coulomb}) {
+    ContactSolver solver(dense(Matrix::Identity(6, 6)), all(law == ContactLaw::coulomb ? 2 : 6, law, 0.3));
+    for (const double bad : {std::numeric_limits<double>::quiet_NaN(), -HUGE_VAL, HUGE_VAL}) {
+      Vector g = Vector::Constant(6, -1);
+      g[3] = bad;
+      const ContactSolution s = solver.solve(g, Vector());
+      EXPECT_TRUE(s.p.size() == 6 && s.p.isZero(0));
+      EXPECT_EQ(s.residual, HUGE_VAL);
+    }
+  }
 }
 
 TEST(ContactSolver, StartsWhereItEnded) {

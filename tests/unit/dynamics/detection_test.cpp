@@ -51,6 +51,27 @@ TEST(Detection, MatchingFacesKeepTheirEdgeNodes) {
   }
 }
 
+// A gap that counts as closed, and a node that is found nearer than that without having touched: it stays where it is.
+TEST(Detection, ANodeInsideAnAdjustedGapIsLeftWhereItIs) {
+  Patch top = patch(4, 0.004, false), bottom = patch(4, 0, true);
+  PairMemory memory;
+  memory.adjust = 0.005;
+  ContactList list = run(top, bottom, memory, true);
+  ASSERT_EQ(list.points.size(), 25u);
+  EXPECT_NEAR(list.points[12].gap[0], 0, 1e-15);
+  remember(list, 0, 25, Points::Ones(25, 3), Points::Zero(25, 3), 1e-6, memory);
+  for (const double down : {0.0, 0.0005}) {
+    top.body.start.col(2).setConstant(0.002);
+    move(top, Vector3(0, 0, -down));
+    list = run(top, bottom, memory);
+    ASSERT_EQ(list.points.size(), 25u);
+    for (const auto& c : list.points) {
+      EXPECT_NEAR(c.start_gap, 0, 1e-15);
+      EXPECT_NEAR(c.gap[0], -down, 1e-15);
+    }
+  }
+}
+
 // Beside the rim by 0.4 % of a face: a body that has not touched flies past, one that slides there is still held.
 TEST(Detection, WhatPassesCloseByIsNotCaught) {
   Patch top = patch(2, 0.01, false), bottom = patch(2, 0, true);

@@ -5,6 +5,7 @@
 
 #include <Eigen/Dense>
 
+#include <algorithm>
 #include <random>
 
 #include "tests/unit/dynamics/patch.hpp"
@@ -87,6 +88,21 @@ TEST(Tie, TheClosestFaceWithinTheTolerance) {
   EXPECT_EQ(t.report.without_partner, without);
   EXPECT_GT(without, 20);
   EXPECT_LT(without, 80);
+}
+
+TEST(Tie, MortarCountsTheNodesThatNothingHolds) {
+  // The slave's second column of faces reaches 1 % over the master's rim, its third lies beyond
+  Patch slave = patch(4, 0, false), master = patch(3, 0, true);
+  slave.surface.body = 0, master.surface.body = 1;
+  slave.body.start.col(0).array() += 0.7475;
+  Ties t;
+  t.report = tie_mortar(slave.surface, slave.body.start, master.surface, master.body.start, {}, {}, t.list, t.offsets);
+  std::vector<char> held(25, 0);
+  for (const ContactTerm& term : t.list.terms)
+    if (term.body == 0) held[term.node] = 1;
+  EXPECT_EQ(t.report.without_partner, std::count(held.begin(), held.end(), 0));
+  EXPECT_EQ(t.report.without_partner, 10);  // x > 1.25
+  EXPECT_LT(t.list.points.size(), 15u);     // some of the held ones have no point of their own
 }
 
 TEST(Tie, NothingNearNothingTied) {
