@@ -252,7 +252,7 @@ double contact_reach(double size, double motion, bool initial, const PairMemory&
 void keep_overlap(Index slot, double distance, bool initial, PairMemory& memory) {
   if (initial) {
     memory.initial_overlap = std::max(memory.initial_overlap, -distance);
-    if (distance > 0) memory.initial_gap = std::min(memory.initial_gap, distance);
+    if (distance >= 0) memory.initial_gap = std::min(memory.initial_gap, distance);
   }
   const double closed = initial ? (distance <= memory.adjust ? memory.adjust : 0.0) : std::max(0.0, memory.offset[slot]);
   memory.offset[slot] = std::min(distance, closed);

@@ -38,7 +38,7 @@ struct PairMemory {
   double largest_size = 0;        // of the master's faces
   double adjust = 0;              // given before the first step: initial gaps and overlaps up to this length count as closed
   double initial_overlap = 0;     // largest depth found by the initial detection
-  double initial_gap = HUGE_VAL;  // smallest gap > 0 that it found within reach
+  double initial_gap = HUGE_VAL;  // smallest gap from 0 that it found within reach
   double depth = 0;               // largest depth at the end of the last step: what is behind a face is still looked for
 };
 

@@ -69,7 +69,9 @@ std::string contact_line(const ContactPair& pair) {
   if (pair.law.law != ContactLaw::tied) line << ", largest penetration " << pair.penetration;
   if (pair.enforcement == Enforcement::impulse) line << ", residual " << pair.residual;
   if (initial_overlap(pair) > 0) line << "; initial overlap " << initial_overlap(pair);
-  if (std::isfinite(initial_gap(pair))) line << "; initial gap " << initial_gap(pair);
+  // Surfaces that touch or overlap somewhere have no gap, however far their other nodes are.
+  if (initial_overlap(pair) == 0 && initial_gap(pair) > 0 && std::isfinite(initial_gap(pair)))
+    line << "; initial gap " << initial_gap(pair);
   if (pair.n_fallbacks > 0) line << "; active set fell back in " << pair.n_fallbacks << " steps";
   return line.str();
 }

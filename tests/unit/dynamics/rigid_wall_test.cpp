@@ -234,6 +234,15 @@ TEST(RigidWallDetection, AFastNodeDoesNotPassThroughABall) {
   EXPECT_LT(list.points[1].normal()[0], -0.9);
 }
 
+TEST(RigidWallDetection, ABodyThatStandsOnAWallHasNoInitialGap) {
+  const WallOptions floor;
+  const Points start = (Points(2, 3) << 0, 0, 0, 1, 0, 0.002).finished();
+  PairMemory memory;
+  detect_once(nodes(start, start), floor, true, memory);
+  EXPECT_EQ(memory.initial_gap, 0);
+  EXPECT_EQ(memory.initial_overlap, 0);
+}
+
 TEST(RigidWallDetection, InitialOverlapsAreKeptAndGapsAdjustedWhenAsked) {
   WallOptions floor;
   const Points start = (Points(4, 3) << 0, 0, -0.01, 1, 0, 0.002, 2, 0, 0.02, 3, 0, -1e-9).finished();
