@@ -58,7 +58,10 @@ bool is_wall(const Scene& scene, const std::string& name) {
 // INSTANCE.SURFACE or a wall.
 SurfaceName parse_partner(const SceneNode& node, const Scene& scene) {
   const std::string text = node.text();
-  if (text.find('.') != std::string::npos) return parse_surface_name(node, scene);
+  const std::size_t dot = text.find('.');
+  if (dot != std::string::npos && is_wall(scene, text.substr(0, dot)))
+    node.fail("found '" + text + "': '" + text.substr(0, dot) + "' is a rigid wall, which has no surfaces: name it alone");
+  if (dot != std::string::npos) return parse_surface_name(node, scene);
   if (is_wall(scene, text)) return {"", text, node.source()};
   const auto names = wall_names(scene);
   const std::string hint = nearest_name(text, names);

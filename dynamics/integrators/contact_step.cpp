@@ -57,7 +57,8 @@ void book_pair(const ContactGroup& group, const ContactSearch& of, const Enforce
   const bool tied = pair.law.law == ContactLaw::tied;
   const double side = of.memory == &pair.memory ? 1 : -1;
   const double share = pair.formulation == Formulation::two_way ? 0.5 : 1;  // seen from both sides
-  Index counted = -1;                                                       // a node that two faces hold stands for one area
+  Index counted = -1;  // a node that two faces hold stands for one area, the larger
+  double counted_area = 0;
   for (auto i = of.first; i < of.last; ++i) {
     const ContactPoint& point = group.list.points[i];
     const auto p = result.p.row(static_cast<Index>(i));
@@ -68,8 +69,9 @@ void book_pair(const ContactGroup& group, const ContactSearch& of, const Enforce
     if (!tied) pair.recent_penetration = std::max(pair.recent_penetration, -gap);
     if (!acts) continue;
     ++active;
-    if (point.slot != counted) pair.area += share * point.area;
-    counted = point.slot;
+    if (point.slot != counted) counted_area = 0;
+    pair.area += share * std::max(0.0, point.area - counted_area);
+    counted = point.slot, counted_area = std::max(counted_area, point.area);
     pair.impulse += side * (point.frame.transpose() * p.transpose());
     if (tied) continue;
     pair.normal_impulse += normal;

@@ -52,7 +52,11 @@ void step_lines(const BuiltScene& built, const RunResult& result, Report& report
   report.line(line.str());
 }
 
-double initial_overlap(const ContactPair& pair) { return std::max(pair.memory.initial_overlap, pair.back.initial_overlap); }
+// 0 where it is round-off.
+double initial_overlap(const ContactPair& pair) {
+  const double overlap = std::max(pair.memory.initial_overlap, pair.back.initial_overlap);
+  return overlap > 1e-10 * pair.master.size ? overlap : 0;
+}
 double initial_gap(const ContactPair& pair) { return std::min(pair.memory.initial_gap, pair.back.initial_gap); }
 
 std::string contact_line(const ContactPair& pair) {

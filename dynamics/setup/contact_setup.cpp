@@ -263,6 +263,23 @@ ContactPair pair_of(const Entry& entry, const std::map<Index, Index>& contact_of
   return pair;
 }
 
+// Whether the body starts deeper in the wall than a face of its surface: on the wrong side, which no contact can mend.
+bool starts_in_wall(const ContactPair& pair, const Simulation& sim, double& depth) {
+  const ContactNodes& contact = sim.contact_nodes[pair.slave.body];
+  const Points& x = sim.bodies[contact.body]->reference_positions();
+  depth = 0;
+  for (const Index node : pair.slave.nodes) depth = std::max(depth, -pair.wall->distance(x.row(contact.nodes[node]).transpose()));
+  return depth > pair.slave.sizes.maxCoeff();
+}
+
+void refuse_in_wall(const ContactPair& pair, double depth) {
+  std::ostringstream message;
+  message << pair.source.text() << ": contact " << pair.name << ": the surface starts " << depth
+          << " deep in the wall, more than a face (" << pair.slave.sizes.maxCoeff()
+          << "): is the wall's normal, or inside, the wrong way round?";
+  throw InputError(message.str());
+}
+
 void warn_nodal(const ContactOptions& options, const BuiltScene& built, const ContactPair& pair, Report& report) {
   std::ostringstream text;
   text.precision(4);
@@ -307,7 +324,14 @@ std::vector<ContactKind> add_contact(const Scene& scene, BuiltScene& built, Repo
   sim.pairs.reserve(entries.size());
   const ContactOptions* warned = nullptr;  // once for all pairs of an entry
   for (const Entry& entry : entries) {
-    sim.pairs.push_back(pair_of(entry, contact_of_instance, sides));
+    ContactPair pair = pair_of(entry, contact_of_instance, sides);
+    double depth = 0;
+    if (pair.wall && starts_in_wall(pair, sim, depth)) {
+      if (!pair.of_all) refuse_in_wall(pair, depth);
+      built.notes.push_back("contact " + pair.name + ": left out of all, as the surface starts deep in the wall");
+      continue;
+    }
+    sim.pairs.push_back(std::move(pair));
     if (entry.options->enforcement != Enforcement::nodal || entry.options == warned) continue;
     warn_nodal(*entry.options, built, sim.pairs.back(), report);
     warned = entry.options;

@@ -146,6 +146,21 @@ TEST_F(ContactSetup, optionsHoldForAllAndGiveWayToAnExplicitEntry) {
   EXPECT_EQ(scene.simulation.contact_nodes.size(), 3u);
 }
 
+TEST_F(ContactSetup, bodiesOnTheWrongSideOfAWallAreRefusedOrLeftOut) {
+  const std::string wrong = "walls: {floor: {plane: {point: [0, 0, 50], normal: [0, 0, 1]}}}\n";
+  const BuiltScene all = built("all", three, wrong);
+  for (const ContactPair& pair : all.simulation.pairs) EXPECT_FALSE(pair.wall.has_value()) << pair.name;
+  ASSERT_FALSE(all.notes.empty());
+  EXPECT_NE(all.notes.front().find("deep in the wall"), std::string::npos) << all.notes.front();
+  try {
+    built("[{between: [floor, b.z_min]}]", three, wrong);
+    FAIL() << "a body inside a wall was taken";
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("normal"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("scene.yaml:"), std::string::npos) << error.what();
+  }
+}
+
 TEST_F(ContactSetup, wallsArePartnersAndMeetAllInstances) {
   const BuiltScene scene = built("[{between: [floor, b.z_min], friction: 0}, {between: all, adjust: 0.25}]", three, two_walls);
   EXPECT_EQ(names(scene),
