@@ -60,6 +60,20 @@ double automatic(const Body& body, ContactKind contact) {
   return body.is_exact() ? 1 : automatic_share;
 }
 
+// Of the critical step: what springs are left of their stiffness, 4 - x^2 of 4, is 1 %; at the critical step they hold nothing.
+constexpr double most_of_penalty = 0.995;
+
+void require_springs(const TimeOptions& options, double h, const std::vector<std::unique_ptr<Body>>& bodies,
+                     const std::vector<ContactKind>& contact) {
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    const double critical = contact[b] == ContactKind::penalty ? critical_step(*bodies[b], true) : 0;
+    if (!(critical > 0) || h <= most_of_penalty * critical) continue;
+    throw InputError(options.source.text() + ": time: a step of " + text(h) + " s leaves the springs of enforcement: penalty on '" +
+                     bodies[b]->name() + "' no stiffness, expected at most " + text(most_of_penalty * critical) +
+                     " s (critical step " + text(critical) + " s): use step: auto or enforcement: impulse");
+  }
+}
+
 }  // namespace
 
 double TimePlan::time(Index step) const {
@@ -120,6 +134,7 @@ TimePlan plan_time(const TimeOptions& options, double every, const std::vector<s
                      text(critical.h) + " s of instance '" + critical.body->name() +
                      "' (2 / highest frequency): use step: auto, a smaller one, or force: true to run it all the same");
   }
+  require_springs(options, plan.h, bodies, contact);
   plan.limit = reason;
   return plan;
 }

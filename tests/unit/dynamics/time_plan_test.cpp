@@ -57,6 +57,10 @@ TEST(TimePlan, AutomaticStepsAndTheCriticalOne) {
     EXPECT_GT(plan.h, 0.8 * critical);
     options.step = 0.99 * critical;
     EXPECT_NO_THROW(plan_time(options, 0, bodies, {ContactKind::hard}));
+    EXPECT_NO_THROW(plan_time(options, 0, bodies, {ContactKind::penalty}));
+    options.step = critical, options.end = 100 * critical;
+    EXPECT_NO_THROW(plan_time(options, 0, bodies, {ContactKind::hard}));
+    EXPECT_THROW(plan_time(options, 0, bodies, {ContactKind::penalty}), InputError);  // springs of no stiffness
     options.step = 1.05 * critical;
     options.end = 100 * 1.05 * critical;
     EXPECT_THROW(plan_time(options, 0, bodies, {ContactKind::hard}), InputError);
