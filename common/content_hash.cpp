@@ -63,6 +63,8 @@ std::string reduction_text(const ReductionOptions& reduction) {
   if (reduction.cutoff_hz) text += "cutoff_hz " + number_text(*reduction.cutoff_hz) + "\n";
   text += "pick " + reduction.pick + "\n";
   text += "domains " + std::to_string(reduction.domains) + "\n";
+  if (reduction.second_modes) text += "second modes " + std::to_string(*reduction.second_modes) + "\n";
+  if (reduction.second_cutoff_hz) text += "second cutoff_hz " + number_text(*reduction.second_cutoff_hz) + "\n";
   return text + "recovery " + (reduction.recovery ? "true" : "false") + "\n";
 }
 

@@ -28,8 +28,13 @@ struct ReductionOptions {
   std::optional<Index> modes;               // exactly one of modes, cutoff_hz
   std::optional<double> cutoff_hz;
   std::string pick = "frequency";  // frequency | participation
-  Index domains = 1;
+  Index domains = 1;               // parts that are reduced each by itself and share nodes (METIS)
+  // Of the domains, put together: reduced again to the component's interface, and so to one superelement. At most one of the two.
+  std::optional<Index> second_modes;
+  std::optional<double> second_cutoff_hz;
   bool recovery = false;
+  bool is_decomposed() const { return domains > 1; }
+  bool has_second_reduction() const { return second_modes || second_cutoff_hz; }
   std::filesystem::path superelement;  // absolute
   SourceLine source;
 };
@@ -135,8 +140,9 @@ enum class Integrator { exact, central_difference, newmark };
 struct TimeOptions {
   double end = 0;
   std::optional<double> step;  // seconds; neither step nor cfl: auto
-  std::optional<double> cfl;
-  bool force_step = false;  // key `force: true`: a step above the critical one is run all the same (extension)
+  std::optional<double> cfl;   // of the critical step of central differences; above 1 with newmark only
+  double alpha = 0;            // newmark: HHT's, in [-1/3, 0]
+  bool force_step = false;     // key `force: true`: a step above the critical one is run all the same (extension)
   Integrator integrator = Integrator::exact;
   SourceLine source;
 };

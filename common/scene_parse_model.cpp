@@ -36,8 +36,19 @@ Component::BlockOptions parse_block(const SceneNode& node, const Scene& scene) {
   return block;
 }
 
+void parse_second_reduction(const SceneNode& node, ReductionOptions& reduction) {
+  const SceneMap map = node.map({"modes", "cutoff_hz"});
+  if (!reduction.is_decomposed()) node.fail("needs 'domains' above 1: it reduces the domains once more, put together");
+  if (map.exactly_one({"modes", "cutoff_hz"}) == "modes") {
+    reduction.second_modes = map.at("modes").index(0);
+  } else {
+    reduction.second_cutoff_hz = map.at("cutoff_hz").positive();
+  }
+}
+
 ReductionOptions parse_reduction(const SceneNode& node, const std::filesystem::path& folder, const std::string& component) {
-  const SceneMap map = node.map({"basis", "interface", "modes", "cutoff_hz", "pick", "domains", "recovery", "superelement"});
+  const SceneMap map =
+      node.map({"basis", "interface", "modes", "cutoff_hz", "pick", "domains", "second_reduction", "recovery", "superelement"});
   ReductionOptions reduction;
   reduction.source = node.source();
   if (const auto* basis = map.find("basis")) {
@@ -52,6 +63,7 @@ ReductionOptions parse_reduction(const SceneNode& node, const std::filesystem::p
     reduction.pick = pick->one_of<std::string>({{"frequency", "frequency"}, {"participation", "participation"}});
   }
   if (const auto* domains = map.find("domains")) reduction.domains = domains->index(1);
+  if (const auto* second = map.find("second_reduction")) parse_second_reduction(*second, reduction);
   if (const auto* recovery = map.find("recovery")) reduction.recovery = recovery->boolean();
   const auto* file = map.find("superelement");
   reduction.superelement = file != nullptr ? resolve_path(*file, folder) : folder / (component + ".cbr.h5");

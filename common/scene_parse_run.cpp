@@ -56,7 +56,8 @@ void parse_step(const SceneNode& node, TimeOptions& time) {
   if (node.is_map()) {
     const SceneMap map = node.map({"cfl"});
     time.cfl = map.at("cfl").positive();
-    if (*time.cfl > 1) map.at("cfl").fail("found a number above 1, expected one from above 0 to 1");
+    if (*time.cfl > 1 && time.integrator != Integrator::newmark)
+      map.at("cfl").fail("found a number above 1, expected one from above 0 to 1 (above 1 with integrator: newmark only)");
   } else if (!node.is_scalar()) {
     node.fail("expected auto, seconds, or {cfl: NUMBER}");
   } else if (node.text() != "auto") {
@@ -108,14 +109,19 @@ void parse_loads(const SceneNode& node, Scene& scene) {
 }
 
 void parse_time(const SceneNode& node, Scene& scene) {
-  const SceneMap map = node.map({"end", "step", "integrator", "force"});
+  const SceneMap map = node.map({"end", "step", "integrator", "alpha", "force"});
   TimeOptions time;
   time.source = node.source();
   time.end = map.at("end").positive();
-  if (const auto* step = map.find("step")) parse_step(*step, time);
-  if (const auto* force = map.find("force")) time.force_step = force->boolean();
   if (const auto* integrator = map.find("integrator")) {
     time.integrator = integrator->one_of(integrator_words);
+  }
+  if (const auto* step = map.find("step")) parse_step(*step, time);
+  if (const auto* force = map.find("force")) time.force_step = force->boolean();
+  if (const auto* alpha = map.find("alpha")) {
+    time.alpha = alpha->number();
+    if (time.integrator != Integrator::newmark) alpha->fail("goes with integrator: newmark only");
+    if (!(time.alpha >= -1.0 / 3 && time.alpha <= 0)) alpha->fail("found " + alpha->text() + ", expected a number from -1/3 to 0");
   }
   scene.time = time;
 }

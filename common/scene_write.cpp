@@ -97,6 +97,9 @@ void write_component(const Component& component, std::ostream& out) {
   if (reduction.cutoff_hz) out << "      cutoff_hz: " << number_text(*reduction.cutoff_hz) << "\n";
   out << "      pick: " << word(reduction.pick) << "\n";
   out << "      domains: " << reduction.domains << "\n";
+  if (reduction.second_modes) out << "      second_reduction: {modes: " << *reduction.second_modes << "}\n";
+  if (reduction.second_cutoff_hz)
+    out << "      second_reduction: {cutoff_hz: " << number_text(*reduction.second_cutoff_hz) << "}\n";
   out << "      recovery: " << (reduction.recovery ? "true" : "false") << "\n";
   out << "      superelement: " << path(reduction.superelement) << "\n";
 }
@@ -164,6 +167,7 @@ std::string time_text(const TimeOptions& time) {
                                       : std::string("auto");
   FlowMap map;
   map.add("end", number_text(time.end)).add("step", step).add("integrator", word_of(integrator_words, time.integrator));
+  if (time.alpha != 0) map.add("alpha", number_text(time.alpha));
   return map.add_if(time.force_step, "force", "true").text();
 }
 

@@ -23,7 +23,11 @@ struct BodyState {
 // Work done on a body since the start of the run; kinetic + strain energy changes by their sum, to round-off.
 struct BodyWork {
   double external = 0, contact = 0, friction = 0;
+  double numerical = 0;  // what the integrator takes by itself: HHT-alpha's damping, at most 0
 };
+
+// How a body is advanced.
+enum class Scheme : char { exact, central_difference, newmark };
 
 // What an impulse comes from: whose work it is.
 enum class ImpulseKind : char { contact, friction };
@@ -38,7 +42,8 @@ class Body {
   virtual const std::string& name() const = 0;
   virtual Index n_dofs() const = 0;
   virtual double largest_frequency() const = 0;  // rad/s, of the body alone; sets the step
-  virtual bool is_exact() const = 0;             // advanced by its exact solution: any step is allowed when no contact is near
+  virtual Scheme scheme() const = 0;
+  bool is_exact() const { return scheme() == Scheme::exact; }  // any step is allowed when no contact is near
 
   virtual const Points& reference_positions() const = 0;  // n_nodes x 3, scene axes, undeformed
   Index n_nodes() const { return reference_positions().rows(); }

@@ -39,7 +39,7 @@ class MeshBody final : public Body {
   const std::string& name() const override { return name_; }
   Index n_dofs() const override { return 3 * model_->mass.size() - static_cast<Index>(held_.size()); }
   double largest_frequency() const override { return model_->largest_frequency; }
-  bool is_exact() const override { return false; }
+  Scheme scheme() const override { return Scheme::central_difference; }
   const Points& reference_positions() const override { return X_; }
 
   Index track(const std::vector<Index>& nodes) override;

@@ -20,8 +20,6 @@ struct Placement {
   Vector3 velocity = Vector3::Zero();  // of the whole body at the start, scene axes
 };
 
-enum class Scheme { exact, central_difference };
-
 // Assumes small displacements and rotations relative to the placed component (state().rotation says how far that is stretched).
 class SuperelementBody final : public Body {
  public:
@@ -33,7 +31,7 @@ class SuperelementBody final : public Body {
   const std::string& name() const override { return name_; }
   Index n_dofs() const override { return form_->omega.size(); }
   double largest_frequency() const override;
-  bool is_exact() const override { return scheme_ == Scheme::exact; }
+  Scheme scheme() const override { return scheme_; }
   const Points& reference_positions() const override { return X_; }
 
   Index track(const std::vector<Index>& nodes) override;

@@ -74,7 +74,7 @@ void Recorder::record_monitors(double interval, ContactState& state) {
 }
 
 void Recorder::record_energy() {
-  double total = 0, external = 0, contact = 0, friction = 0;
+  double total = 0, external = 0, contact = 0, friction = 0, numerical = 0;
   for (std::size_t b = 0; b < sim_.bodies.size(); ++b) {
     const BodyState now = sim_.bodies[b]->state();
     const BodyWork work = sim_.bodies[b]->work();
@@ -85,7 +85,7 @@ void Recorder::record_energy() {
     series.kinetic_energy.push_back(now.kinetic_energy);
     series.strain_energy.push_back(now.strain_energy);
     total += now.kinetic_energy + now.strain_energy;
-    external += work.external, contact += work.contact, friction += work.friction;
+    external += work.external, contact += work.contact, friction += work.friction, numerical += work.numerical;
     if (now.rotation > result_.largest_rotation) {
       result_.largest_rotation = now.rotation;
       result_.most_rotated = static_cast<Index>(b);
@@ -95,6 +95,7 @@ void Recorder::record_energy() {
   result_.work_external.push_back(external);
   result_.work_contact.push_back(contact);
   result_.work_friction.push_back(friction);
+  result_.work_numerical.push_back(numerical);
 }
 
 void Recorder::check_finite(double t) const {

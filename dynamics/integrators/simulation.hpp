@@ -96,7 +96,7 @@ struct RunResult {
   std::vector<OfMonitor> monitors;
   std::vector<OfBody> bodies;
   std::vector<OfPair> pairs;
-  std::vector<double> total, work_external, work_contact, work_friction, active;
+  std::vector<double> total, work_external, work_contact, work_friction, work_numerical, active;
   Index steps = 0, jumps = 0;   // body steps are counted once for all bodies; a jump skips over steps without contact
   double largest_rotation = 0;  // rad
   Index most_rotated = -1;      // index into bodies

@@ -62,7 +62,7 @@ void write_results(const std::filesystem::path& path, const Simulation& simulati
   const auto start = Clock::now();
   Hdf5Writer file(path);
   file.attribute("/", "format", std::string("cbr-results"));
-  file.attribute("/", "format_version", std::string("1.1"));
+  file.attribute("/", "format_version", std::string("1.2"));
   file.attribute("/", "generator", std::string("cbr-dyn ") + version());
   Index n_dofs = 0;
   for (const auto& body : simulation.bodies) n_dofs += body->n_dofs();
@@ -77,6 +77,7 @@ void write_results(const std::filesystem::path& path, const Simulation& simulati
   file.write("/energy/work_external", result.work_external);
   file.write("/energy/work_contact", result.work_contact);
   file.write("/energy/work_friction", result.work_friction);
+  file.write("/energy/work_numerical", result.work_numerical);
   write_contact(file, simulation, result);
   // The phase is not over yet: all but the closing of the file
   file.attribute("/", "wall_seconds_write", std::chrono::duration<double>(Clock::now() - start).count());

@@ -30,13 +30,18 @@ double drift(const RunResult& result, Series3 RunResult::OfBody::*series, double
   return scale > 0 ? worst / scale : 0;
 }
 
+Integrator integrator_of(Scheme scheme) {
+  if (scheme == Scheme::newmark) return Integrator::newmark;
+  return scheme == Scheme::exact ? Integrator::exact : Integrator::central_difference;
+}
+
 void instance_lines(const BuiltScene& built, Report& report) {
   for (std::size_t b = 0; b < built.instances.size(); ++b) {
     const Body& body = *built.simulation.bodies[b];
     std::ostringstream line;
     line << "instance " << body.name() << ": component " << built.instances[b].component << ", "
          << (built.instances[b].superelement ? "superelement" : "mesh") << ", " << body.n_dofs() << " dofs, "
-         << (body.is_exact() ? "exact" : "central differences");
+         << word_of(integrator_words, integrator_of(body.scheme()));
     report.line(line.str());
   }
 }
@@ -117,7 +122,7 @@ Balance balance(const RunResult& result) {
   double scale = 0;
   for (std::size_t i = 0; i < result.time.size(); ++i) {
     scale = std::max({scale, std::abs(result.total[i]), std::abs(result.work_external[i]), std::abs(result.work_contact[i])});
-    const double work = result.work_external[i] + result.work_contact[i] + result.work_friction[i];
+    const double work = result.work_external[i] + result.work_contact[i] + result.work_friction[i] + result.work_numerical[i];
     b.energy = std::max(b.energy, std::abs(result.total[i] - result.total[0] - work));
   }
   if (scale > 0) b.energy /= scale;

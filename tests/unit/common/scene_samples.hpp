@@ -57,7 +57,7 @@ contact:
   - {between: [floor, left.contact], friction: 0.375, adjust: 1.0e-5}
   - {between: [left.side, third.top], tied: true, formulation: mortar}
   - {between: all, adjust: 0}
-time: {end: 1.2e-5, step: 1.0e-8, integrator: newmark, force: true}
+time: {end: 1.2e-5, step: 1.0e-8, integrator: newmark, alpha: -0.125, force: true}
 output:
   every: 1.0e-7
   history: [left.contact, right.contact]

@@ -86,6 +86,7 @@ TEST(Scene, everyKeyOfARunArrives) {
   EXPECT_EQ(scene.time->step, 1e-8);
   EXPECT_TRUE(scene.time->force_step);
   EXPECT_EQ(scene.time->integrator, Integrator::newmark);
+  EXPECT_EQ(scene.time->alpha, -0.125);
   EXPECT_EQ(scene.output.every, 1e-7);
   EXPECT_EQ(scene.output.history.at(1).text(), "right.contact");
   EXPECT_EQ(scene.output.fields, (std::vector<std::string>{"displacement", "stress", "contact_pressure"}));

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A linear system whose parts share nodes: the domains of a decomposed component, a superelement without its diagonal form, a mesh,
+// and shells on any of them. Sparse by dense blocks: nothing of the size of the whole is dense.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "common/assembly.hpp"
+#include "common/shell_model.hpp"
+#include "common/superelement.hpp"
+#include "dynamics/bodies/diagonal_form.hpp"
+
+namespace cbr {
+
+// A superelement's dense blocks on some of the nodal dofs, and modal coordinates of its own. Its matrices must have been read.
+struct CoupledPart {
+  std::shared_ptr<const Superelement> superelement;
+  std::vector<Index> dof;  // c: nodal dofs 3 node + component of the model
+};
+
+// Coordinates [q_k of part 0; q_k of part 1; ...; nodal dofs]. Nodes 0 .. n - 1 are what others see; n .. n + n_rotations - 1 hold
+// the rotations of shell nodes, three dofs each. Component axes.
+struct CoupledModel {
+  Points coordinates;  // n x 3
+  Index n_rotations = 0;
+  std::vector<CoupledPart> parts;
+  SparseMatrix K, M;  // N x N, N = 3 (n + n_rotations), both triangles: of meshes and shells, beyond the parts'; 0 x 0: none
+  RigidBody rigid_body;
+
+  Index n_nodal() const { return 3 * (coordinates.rows() + n_rotations); }
+  Index n_modal() const;
+  Index n() const { return n_modal() + n_nodal(); }
+};
+
+// Nodes are those of the superelement, or of the mesh's model.
+CoupledModel coupled_model(std::shared_ptr<const Superelement> superelement);
+CoupledModel coupled_model(const FiniteElementModel& model, const Points& coordinates);
+
+// Shells whose nodes index the model's; their rotations become pseudo-nodes. mass, centre and inertia of rigid_body take them in.
+void add_shells(const ShellModel& shells, CoupledModel& model);
+
+// All coordinates, sparse (n x n): what oracles, and the diagonal form, start from.
+SparseMatrix whole_stiffness(const CoupledModel& model);
+SparseMatrix whole_mass(const CoupledModel& model);
+
+// K V = M V diag(omega^2), V^T M V = I of the model with held directions (nodes of the model), dense: for `exact`, and as an
+// oracle. V has the rows of the coordinates. RunError when M is not positive definite.
+DiagonalForm diagonal_form(const CoupledModel& model, const std::vector<HeldDirection>& held, const std::string& where);
+
+}  // namespace cbr
