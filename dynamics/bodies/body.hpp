@@ -80,6 +80,9 @@ class Body {
   virtual BodyState state() const = 0;
   virtual BodyWork work() const = 0;
   virtual void displacements(Points& u, Points& v) const = 0;  // of all nodes, and their velocities; scene axes, n_nodes x 3
+  // All coordinates and their rates, component axes: modal ones (of the parts one after the other), then x, y, z of the nodes, then
+  // what others do not see: what a recovery of interiors starts from.
+  virtual void coordinates(Vector& q, Vector& rates) const = 0;
 };
 
 // Value of a history at time t: linear between its points, constant outside, 1 when it has none.

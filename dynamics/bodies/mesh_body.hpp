@@ -63,6 +63,7 @@ class MeshBody final : public Body {
   BodyState state() const override;
   BodyWork work() const override { return work_; }
   void displacements(Points& u, Points& v) const override;
+  void coordinates(Vector& q, Vector& rates) const override;
 
  private:
   struct NodalLoad {

@@ -146,4 +146,10 @@ void MeshBody::displacements(Points& u, Points& v) const {
   v = present_velocities() * placement_.T.transpose();
 }
 
+void MeshBody::coordinates(Vector& q, Vector& rates) const {
+  const Points& v = present_velocities();
+  q = Eigen::Map<const Vector>(u_.data(), u_.size());
+  rates = Eigen::Map<const Vector>(v.data(), v.size());
+}
+
 }  // namespace cbr

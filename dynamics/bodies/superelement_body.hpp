@@ -55,10 +55,7 @@ class SuperelementBody final : public Body {
   BodyState state() const override;
   BodyWork work() const override { return work_; }
   void displacements(Points& u, Points& v) const override;
-
-  // q = V eta (k + c), component axes: what a recovery of the interior starts from; and its rate.
-  Vector coordinates() const;
-  Vector coordinate_rates() const;
+  void coordinates(Vector& q, Vector& rates) const override;  // q = V eta
 
  private:
   struct NodeSet {

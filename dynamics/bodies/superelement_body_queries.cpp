@@ -126,27 +126,25 @@ BodyState SuperelementBody::state() const {
   return state;
 }
 
-Vector SuperelementBody::coordinates() const {
-  if (eta_.size() == 0) return Vector::Zero(form_->V.rows());
-  return form_->V * eta_;
-}
-
-Vector SuperelementBody::coordinate_rates() const {
-  if (eta_.size() == 0) return Vector::Zero(form_->V.rows());
-  return form_->V * present_rates();
+void SuperelementBody::coordinates(Vector& q, Vector& rates) const {
+  const Index k = superelement_->k(), n = X_.rows();
+  q.setZero(k + 3 * n), rates.setZero(k + 3 * n);
+  if (eta_.size() == 0) return;
+  const Vector all = form_->V * eta_, all_rates = form_->V * present_rates();
+  q.head(k) = all.head(k), rates.head(k) = all_rates.head(k);
+  for (Index i = 0; i < n; ++i) {
+    for (int d = 0; d < 3; ++d) {
+      if (rows_(i, d) >= 0) q[k + 3 * i + d] = all[rows_(i, d)], rates[k + 3 * i + d] = all_rates[rows_(i, d)];
+    }
+  }
 }
 
 void SuperelementBody::displacements(Points& u, Points& v) const {
-  const Vector q = coordinates(), rate = coordinate_rates();
-  u.setZero(X_.rows(), 3), v.setZero(X_.rows(), 3);
-  for (Index i = 0; i < X_.rows(); ++i) {
-    Vector3 u_i = Vector3::Zero(), v_i = Vector3::Zero();
-    for (int d = 0; d < 3; ++d) {
-      if (rows_(i, d) >= 0) u_i[d] = q[rows_(i, d)], v_i[d] = rate[rows_(i, d)];
-    }
-    u.row(i) = (placement_.T * u_i).transpose();
-    v.row(i) = (placement_.T * v_i).transpose();
-  }
+  Vector q, rates;
+  coordinates(q, rates);
+  const Index k = superelement_->k(), n = X_.rows();
+  u = Eigen::Map<const Points>(q.data() + k, n, 3) * placement_.T.transpose();
+  v = Eigen::Map<const Points>(rates.data() + k, n, 3) * placement_.T.transpose();
 }
 
 }  // namespace cbr

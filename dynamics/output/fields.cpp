@@ -188,8 +188,9 @@ FieldWriter::Motion FieldWriter::motion_of(const FieldGrid& grid) const {
     u.bottomRows(u_I.size() / 3) = Eigen::Map<const Points>(u_I.data(), u_I.size() / 3, 3) * of.placement.T.transpose();
     return u;
   };
-  motion.u = whole(interface_u, of.superelement_body->coordinates());
-  motion.v = whole(interface_v, of.superelement_body->coordinate_rates());
+  Vector q, rates;
+  of.superelement_body->coordinates(q, rates);
+  motion.u = whole(interface_u, q), motion.v = whole(interface_v, rates);
   return motion;
 }
 
