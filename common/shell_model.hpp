@@ -19,9 +19,11 @@ struct ShellModel {
   bool empty() const { return K.size() == 0 && mass.size() == 0; }
 };
 
-// faces: f x 4, a triangle repeats its last node. A modulus and density (or a thickness) of zero give an empty model. Stiffness
-// without density: the rotations would have no inertia, so they are condensed statically; density without stiffness: there are
-// none. InputError: a degenerate face, by its nodes' row numbers.
+// faces: f x 4, a triangle repeats its last node; each face once (one given twice is two shells). A modulus and density (or a
+// thickness) of zero, or products with the thickness that underflow, give an empty model. Stiffness without density: the rotations
+// would have no inertia, so they are condensed statically, which fills K (for at most 5000 nodes); density without stiffness: there
+// are none. InputError: a degenerate face, by its nodes' row numbers; a parameter out of range, or so large that an entry
+// overflows.
 ShellModel assemble_shells(const IndexTable& faces, const Points& points, const ShellProperties& shell);
 
 }  // namespace cbr

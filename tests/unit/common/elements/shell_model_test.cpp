@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "common/shell_model.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <cmath>
+#include <limits>
+
+#include "common/error.hpp"
+#include "tests/support/shell_mesh.hpp"
+
+namespace cbr::test {
+namespace {
+
+constexpr Material steel = {210e9, 0.3, 7850};
+
+// The surface of a box of n x n x n cells: corners, edges where shells meet at right angles.
+ShellMesh box_surface(Index n, const Vector3& size) {
+  std::map<std::array<Index, 3>, Index> number;
+  std::vector<std::array<Index, 4>> faces;
+  const auto node = [&](std::array<Index, 3> g) { return number.try_emplace(g, static_cast<Index>(number.size())).first->second; };
+  for (std::size_t c = 0; c < 3; ++c)
+    for (const Index side : {Index(0), n})
+      for (Index i = 0; i < n; ++i)
+        for (Index j = 0; j < n; ++j) {
+          const auto at = [&](Index di, Index dj) {
+            std::array<Index, 3> g{};
+            g[c] = side;
+            g[(c + 1) % 3] = i + di;
+            g[(c + 2) % 3] = j + dj;
+            return node(g);
+          };
+          faces.push_back({at(0, 0), at(1, 0), at(1, 1), at(0, 1)});
+        }
+  ShellMesh mesh;
+  mesh.X.resize(static_cast<Index>(number.size()), 3);
+  for (const auto& [g, i] : number)
+    for (std::size_t c = 0; c < 3; ++c)
+      mesh.X(i, static_cast<Index>(c)) = size(static_cast<Index>(c)) * static_cast<double>(g[c]) / static_cast<double>(n);
+  mesh.faces.resize(static_cast<Index>(faces.size()), 4);
+  for (std::size_t f = 0; f < faces.size(); ++f)
+    for (Index i = 0; i < 4; ++i) mesh.faces(static_cast<Index>(f), i) = faces[f][static_cast<std::size_t>(i)];
+  return mesh;
+}
+
+ShellMesh wavy(Faces kind) {
+  return shell_grid(kind, 4, 3, [](double x, double y) { return Vector3(2 * x, y + 0.2 * x, 0.1 * std::sin(4 * x) * y); });
+}
+
+std::string message(const std::function<void()>& run) {
+  try {
+    run();
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(ShellModel, NothingIsEmpty) {
+  const ShellMesh mesh = wavy(Faces::mixed);
+  for (const ShellProperties& shell :
+       {ShellProperties{{0, 0.3, 0}, 1e-3}, ShellProperties{steel, 0}, ShellProperties{{1e-200, 0.3, 1e-200}, 1e-200}}) {
+    const ShellModel model = assemble_shells(mesh.faces, mesh.X, shell);
+    EXPECT_TRUE(model.empty());
+    EXPECT_TRUE(model.nodes.empty());
+    EXPECT_FALSE(model.has_rotations());
+  }
+  EXPECT_TRUE(assemble_shells(IndexTable(0, 4), mesh.X, {steel, 1}).empty());
+}
+
+TEST(ShellModel, NodesAreThoseOfTheFaces) {
+  ShellMesh mesh = wavy(Faces::quads);
+  const ShellModel whole = assemble_shells(mesh.faces, mesh.X, {steel, 0.01});
+  Points more(mesh.X.rows() + 3, 3);
+  more << Points::Constant(2, 3, std::nan("")), mesh.X, Points::Zero(1, 3);
+  const ShellModel model = assemble_shells(mesh.faces.array() + 2, more, {steel, 0.01});
+  ASSERT_EQ(model.nodes.size(), whole.nodes.size());
+  EXPECT_EQ(model.nodes.front(), 2);
+  EXPECT_EQ(Matrix(model.K), Matrix(whole.K));
+  EXPECT_EQ(model.mass, whole.mass);
+}
+
+TEST(ShellModel, DensityWithoutStiffnessHasNoRotations) {
+  const ShellMesh mesh = wavy(Faces::triangles);
+  const ShellModel model = assemble_shells(mesh.faces, mesh.X, {{0, 0.3, 7850}, 0.01});
+  EXPECT_FALSE(model.has_rotations());
+  EXPECT_EQ(model.K.size(), 0);
+  EXPECT_FALSE(model.empty());
+  EXPECT_EQ(model.mass, assemble_shells(mesh.faces, mesh.X, {steel, 0.01}).mass);
+  EXPECT_GT(model.mass.minCoeff(), 0);
+}
+
+TEST(ShellModel, RigidMotionsAndNoOthers) {
+  for (const ShellMesh& mesh : {wavy(Faces::quads), wavy(Faces::mixed), box_surface(3, {1, 0.7, 0.4})}) {
+    const ShellModel model = assemble_shells(mesh.faces, mesh.X, {steel, 0.02});
+    const Matrix K(model.K);
+    EXPECT_EQ(K, Matrix(K.transpose()));
+    EXPECT_LE((K * shell_rigid_modes(mesh.X)).cwiseAbs().maxCoeff(), 1e-13 * K.cwiseAbs().maxCoeff());
+    const Vector lambda = Eigen::SelfAdjointEigenSolver<Matrix>(K).eigenvalues();
+    EXPECT_LE(lambda.head(6).cwiseAbs().maxCoeff(), 1e-14 * lambda.maxCoeff());
+    EXPECT_GE(lambda(6), 1e-8 * lambda.maxCoeff());
+  }
+}
+
+// Without density: the dense Schur complement, and no less rigid motions than before.
+TEST(ShellModel, RotationsAreCondensed) {
+  for (const ShellMesh& mesh : {wavy(Faces::mixed), box_surface(3, {1, 0.7, 0.4})}) {
+    const Index m = mesh.X.rows();
+    const ShellModel whole = assemble_shells(mesh.faces, mesh.X, {steel, 0.02});
+    const ShellModel model = assemble_shells(mesh.faces, mesh.X, {{steel.youngs_modulus, steel.poissons_ratio, 0}, 0.02});
+    ASSERT_EQ(model.K.rows(), 3 * m);
+    EXPECT_EQ(model.mass.size(), 0);
+    EXPECT_FALSE(model.has_rotations());
+    const Matrix K(whole.K), S(model.K);
+    const Matrix schur =
+        K.topLeftCorner(3 * m, 3 * m) -
+        K.topRightCorner(3 * m, 3 * m) * K.bottomRightCorner(3 * m, 3 * m).lu().solve(K.bottomLeftCorner(3 * m, 3 * m));
+    EXPECT_LE((S - schur).cwiseAbs().maxCoeff(), 1e-11 * schur.cwiseAbs().maxCoeff());
+    EXPECT_LE((S * rigid_modes(mesh.X, Vector3::Zero())).cwiseAbs().maxCoeff(), 1e-12 * S.cwiseAbs().maxCoeff());
+    EXPECT_EQ(S, Matrix(S.transpose()));
+  }
+}
+
+// The paper's thinnest shell, tilted, so that its bending drowns in the round-off of its membrane; and thinner.
+TEST(ShellModel, VeryThinShellsAreCondensedToo) {
+  for (const ShellMesh& mesh : {wavy(Faces::quads), box_surface(4, {0.0508, 0.0254, 0.0381})})
+    for (const double t : {2.5e-10, 1e-100, 1e-290}) {
+      const ShellModel model = assemble_shells(mesh.faces, mesh.X, {{6.9e3, 0.3, 0}, t});
+      ASSERT_EQ(model.K.rows(), 3 * mesh.X.rows()) << t;
+      const Matrix S = Matrix(model.K) / (6.9e3 * t);
+      ASSERT_TRUE(S.allFinite()) << t;
+      EXPECT_LE((S * rigid_modes(mesh.X, Vector3::Zero())).cwiseAbs().maxCoeff(), 1e-12);
+      EXPECT_GE(Eigen::SelfAdjointEigenSolver<Matrix>(S).eigenvalues().minCoeff(), -1e-12);
+    }
+}
+
+TEST(ShellModel, NeverNaN) {
+  const ShellMesh mesh = wavy(Faces::mixed);
+  int refused = 0, empty = 0;
+  for (const double E : {0.0, 1e-300, 1.0, 1e300})
+    for (const double rho : {0.0, 1e-300, 1.0, 1e300})
+      for (const double t : {1e-300, 1e-160, 1.0, 1e160, 1e300})
+        for (const double size : {1e-100, 1.0, 1e100}) try {
+            const ShellModel model = assemble_shells(mesh.faces, mesh.X * size, {{E, 0.3, rho}, t});
+            EXPECT_TRUE(Matrix(model.K).allFinite() && model.mass.allFinite() && model.rotary.allFinite()) << E << rho << t << size;
+            EXPECT_TRUE(model.rotary.size() == 0 || model.rotary.minCoeff() > 0);
+            empty += model.empty();
+          } catch (const InputError&) {
+            ++refused;
+          }
+  EXPECT_GT(refused, 10);
+  EXPECT_GT(empty, 10);
+}
+
+TEST(ShellModel, RefusesByName) {
+  ShellMesh mesh = wavy(Faces::quads);
+  const auto run = [&](const ShellProperties& shell) { return message([&] { assemble_shells(mesh.faces, mesh.X, shell); }); };
+  EXPECT_NE(run({{std::nan(""), 0.3, 1}, 1}).find("youngs_modulus"), std::string::npos);
+  EXPECT_NE(run({{1, 0.7, 1}, 1}).find("poissons_ratio is 0.7"), std::string::npos);
+  EXPECT_NE(run({{1, 0.3, -1}, 1}).find("density is -1"), std::string::npos);
+  EXPECT_NE(run({{1, 0.3, 1}, std::numeric_limits<double>::infinity()}).find("thickness"), std::string::npos);
+  EXPECT_NE(run({{1e300, 0.3, 1}, 1e200}).find("exceeds what a double can hold"), std::string::npos);
+  const ShellMesh sound = mesh;
+  mesh.X.row(6) = mesh.X.row(0);  // of face 0: 0, 1, 6, 5
+  EXPECT_NE(run({steel, 1}).find("face 0 (nodes of rows 0, 1, 6, 5) is degenerate"), std::string::npos) << run({steel, 1});
+  mesh = sound;
+  mesh.X(6, 0) = std::nan("");
+  EXPECT_NE(run({steel, 1}).find("is degenerate"), std::string::npos);
+  mesh = sound;
+  mesh.faces.row(3) << 0, 1, 2, 2;
+  mesh.X.row(2) = 2 * mesh.X.row(1) - mesh.X.row(0);  // on a line
+  EXPECT_NE(run({steel, 1}).find("degenerate"), std::string::npos);
+  mesh = sound;
+  mesh.faces(2, 1) = 999;
+  EXPECT_NE(run({steel, 1}).find("row 999 of 20"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace cbr::test
