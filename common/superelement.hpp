@@ -69,7 +69,8 @@ Superelement read_superelement(const std::filesystem::path& file, const Superele
 // check()s, writes to a temporary name beside `file`, renames. Same contents, same bytes. RunError when the disk refuses.
 void write_superelement(const Superelement& superelement, const std::filesystem::path& file);
 
-// Root attribute only: cheap test whether a file is up to date. Empty when there is no readable superelement.
+// Root attribute only: cheap test whether a file is up to date. Of a superelement or a group of them; empty when the file is
+// neither.
 std::string read_content_hash(const std::filesystem::path& file);
 
 // Full reduced matrices in the order [k; c].

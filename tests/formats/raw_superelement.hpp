@@ -10,7 +10,7 @@
 #include <variant>
 #include <vector>
 
-#include "common/superelement.hpp"
+#include "common/superelement_group.hpp"
 
 namespace cbr::test {
 
@@ -22,7 +22,8 @@ struct RawFile {
   std::map<std::pair<std::string, std::string>, RawAttribute> attributes;  // (object, name)
 };
 
-RawFile raw_superelement(const Superelement& superelement);
+RawFile raw_superelement(const Superelement& superelement, const std::string& prefix = "");
+RawFile raw_group(const SuperelementGroup& group);
 void write_raw(const RawFile& raw, const std::filesystem::path& file);
 
 }  // namespace cbr::test

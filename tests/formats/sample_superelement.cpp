@@ -92,4 +92,42 @@ bool identical(const Superelement& a, const Superelement& b) {
          a.provenance == b.provenance;
 }
 
+SuperelementGroup sample_group() {
+  // Node ids by rows of a grid in the plane: id 10 i + j stands at (i, j, 0.25).
+  const std::vector<std::vector<Index>> ids = {{0, 10, 11, 1}, {21, 11, 10, 20}, {2, 1, 11, 12}};
+  SuperelementGroup group;
+  group.content_hash = "fedcba9876543210fedcba9876543210";
+  group.provenance = {{"mesh", "grid.msh"}, {"domains", "3"}};
+  group.rigid_body = {0, Vector3(1, 1, 0.25), Vector3(3, 4, 5).asDiagonal()};
+  for (std::size_t d = 0; d < ids.size(); ++d) {
+    Superelement s = sample_superelement(static_cast<unsigned>(d + 1));
+    s.content_hash = group.content_hash;
+    s.omega.resize(0), s.V.resize(0, 0);
+    s.node_ids = ids[d];
+    for (Index i = 0; i < 4; ++i) {
+      const Index id = ids[d][static_cast<std::size_t>(i)];
+      s.coordinates.row(i) << static_cast<double>(id / 10), static_cast<double>(id % 10), 0.25;
+    }
+    s.rigid_body.mass = 1.0 + static_cast<double>(d);
+    group.rigid_body.mass += s.rigid_body.mass;
+    for (Index& element : s.surfaces[0].element) element += 10 * static_cast<Index>(d);
+    if (d == 1) s.surfaces.pop_back();
+    group.domains.push_back(s);
+  }
+  Superelement whole = join(group);
+  add_diagonal_form(whole);
+  group.omega = whole.omega;
+  group.V = whole.V;
+  return group;
+}
+
+bool identical(const SuperelementGroup& a, const SuperelementGroup& b) {
+  return a.content_hash == b.content_hash && a.domains.size() == b.domains.size() &&
+         std::equal(a.domains.begin(), a.domains.end(), b.domains.begin(),
+                    [](const Superelement& x, const Superelement& y) { return identical(x, y); }) &&
+         a.rigid_body.mass == b.rigid_body.mass && same(a.rigid_body.center, b.rigid_body.center) &&
+         same(a.rigid_body.inertia, b.rigid_body.inertia) && same(a.omega, b.omega) && same(a.V, b.V) &&
+         a.provenance == b.provenance;
+}
+
 }  // namespace cbr::test

@@ -2,7 +2,7 @@
 // A small superelement with every optional part, of no mesh: numbers that obey each rule of the format and nothing else.
 #pragma once
 
-#include "common/superelement.hpp"
+#include "common/superelement_group.hpp"
 
 namespace cbr::test {
 
@@ -11,5 +11,9 @@ Superelement sample_superelement(unsigned seed = 1);
 
 // Every number and name of the two, bit by bit.
 bool identical(const Superelement& a, const Superelement& b);
+
+// Three of them that share nodes, two by two and all three, each with a part of the surfaces; with diagonal form and recovery.
+SuperelementGroup sample_group();
+bool identical(const SuperelementGroup& a, const SuperelementGroup& b);
 
 }  // namespace cbr::test
