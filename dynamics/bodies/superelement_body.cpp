@@ -17,12 +17,14 @@ Eigen::Map<Vector> flat(Points& p) { return {p.data(), p.size()}; }
 }  // namespace
 
 SuperelementBody::SuperelementBody(std::string name, std::shared_ptr<const Superelement> superelement,
-                                   std::shared_ptr<const DiagonalForm> form, const Placement& placement, Scheme scheme)
+                                   std::shared_ptr<const DiagonalForm> form, const Placement& placement, Scheme scheme,
+                                   const NewmarkOptions& newmark)
     : name_(std::move(name)),
       superelement_(std::move(superelement)),
       form_(std::move(form)),
       placement_(placement),
       scheme_(scheme),
+      newmark_(newmark),
       rows_(displacement_rows(*superelement_)) {
   X_ = (superelement_->coordinates * placement_.T.transpose()).rowwise() + placement_.position.transpose();
   const Index n = form_->omega.size();
@@ -183,10 +185,16 @@ void SuperelementBody::predict_central(double h) {
 void SuperelementBody::predict(double t, double h) {
   t_ = t, h_ = h;
   kicked_ = rubbed_ = end_kicked_ = false;
-  if (is_exact()) {
-    propagate(eta_, v_, eta_end_, v_end_, nullptr);
-  } else {
-    predict_central(h);
+  switch (scheme_) {
+    case Scheme::exact:
+      propagate(eta_, v_, eta_end_, v_end_, nullptr);
+      break;
+    case Scheme::central_difference:
+      predict_central(h);
+      break;
+    case Scheme::newmark:
+      predict_newmark(h);
+      break;
   }
 }
 
@@ -209,6 +217,8 @@ void SuperelementBody::add_impulses(Index set, const Points& impulses, ImpulseKi
     const ModalPropagator& step = propagator(h_);
     eta_end_.array() += step.s.array() * f_.array();
     v_end_.array() += step.c.array() * f_.array();
+  } else if (scheme_ == Scheme::newmark) {
+    eta_end_.array() += newmark_weight(h_).array() * f_.array();
   } else {
     eta_end_ += h_ * f_;
     v_end_ += f_;
@@ -216,6 +226,7 @@ void SuperelementBody::add_impulses(Index set, const Points& impulses, ImpulseKi
 }
 
 Vector3 SuperelementBody::add_velocities(Index set, const Points& velocities, const Vector3& momentum) {
+  assert(scheme_ != Scheme::newmark);
   NodeSet& s = sets_[set];
   if (s.B.size() == 0) fill_velocity_map(s);
   // change = V^T M^ [0; dv]: V^-1 of a velocity of the interface dofs alone
@@ -250,31 +261,44 @@ void SuperelementBody::book_friction(double work) {
   work_.contact -= work;
 }
 
+void SuperelementBody::accept_exact() {
+  if (kicked_) work_.contact += kick_.dot(v_) + 0.5 * kick_.squaredNorm();
+  if (rubbed_) book_friction(friction_kick_.dot(v_) + 0.5 * friction_kick_.dot(kick_));
+  if (!loads_.empty()) {
+    if (kicked_) v_ += kick_;
+    propagate(eta_, v_, eta_end_, v_end_, &work_.external);
+  }
+  if (!end_kicked_) return;
+  if (!loads_.empty()) eta_end_ += h_ * end_kick_, v_end_ += end_kick_;
+  // Energy that the change at the end of the step brought: of (eta + h d, v + d) less that of (eta, v)
+  const auto omega2 = form_->omega.cwiseAbs2().array();
+  work_.contact += end_kick_.dot(v_end_) - 0.5 * end_kick_.squaredNorm() +
+                   h_ * (omega2 * end_kick_.array() * (eta_end_ - 0.5 * h_ * end_kick_).array()).sum();
+}
+
+void SuperelementBody::accept_central() {
+  // v- and v+ average: the work of the kick and of the load that the leapfrog's own energy answers to
+  const double mean_h = 0.5 * (last_h_ + h_);
+  if (kicked_) work_.contact += 0.5 * kick_.dot(v_ + v_end_);
+  if (rubbed_) book_friction(0.5 * friction_kick_.dot(v_ + v_end_));
+  if (!loads_.empty()) {
+    load_amplitudes(t_, f_);
+    work_.external += 0.5 * mean_h * f_.dot(v_ + v_end_);
+  }
+  last_h_ = h_;
+}
+
 void SuperelementBody::accept() {
-  if (is_exact()) {
-    if (kicked_) work_.contact += kick_.dot(v_) + 0.5 * kick_.squaredNorm();
-    if (rubbed_) book_friction(friction_kick_.dot(v_) + 0.5 * friction_kick_.dot(kick_));
-    if (!loads_.empty()) {
-      if (kicked_) v_ += kick_;
-      propagate(eta_, v_, eta_end_, v_end_, &work_.external);
-    }
-    if (end_kicked_) {
-      if (!loads_.empty()) eta_end_ += h_ * end_kick_, v_end_ += end_kick_;
-      // Energy that the change at the end of the step brought: of (eta + h d, v + d) less that of (eta, v)
-      const auto omega2 = form_->omega.cwiseAbs2().array();
-      work_.contact += end_kick_.dot(v_end_) - 0.5 * end_kick_.squaredNorm() +
-                       h_ * (omega2 * end_kick_.array() * (eta_end_ - 0.5 * h_ * end_kick_).array()).sum();
-    }
-  } else {
-    // v- and v+ average: the work of the kick and of the load that the leapfrog's own energy answers to
-    const double mean_h = 0.5 * (last_h_ + h_);
-    if (kicked_) work_.contact += 0.5 * kick_.dot(v_ + v_end_);
-    if (rubbed_) book_friction(0.5 * friction_kick_.dot(v_ + v_end_));
-    if (!loads_.empty()) {
-      load_amplitudes(t_, f_);
-      work_.external += 0.5 * mean_h * f_.dot(v_ + v_end_);
-    }
-    last_h_ = h_;
+  switch (scheme_) {
+    case Scheme::exact:
+      accept_exact();
+      break;
+    case Scheme::central_difference:
+      accept_central();
+      break;
+    case Scheme::newmark:
+      accept_newmark();
+      break;
   }
   eta_.swap(eta_end_);
   v_.swap(v_end_);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A superelement that moves: modal coordinates of the diagonal form, advanced exactly or by central differences.
+// A superelement that moves: modal coordinates of the diagonal form, advanced exactly, by central differences or by Newmark.
 #pragma once
 
 #include <memory>
@@ -10,6 +10,7 @@
 #include "dynamics/bodies/body.hpp"
 #include "dynamics/bodies/diagonal_form.hpp"
 #include "dynamics/bodies/modal_propagator.hpp"
+#include "dynamics/bodies/newmark.hpp"
 
 namespace cbr {
 
@@ -24,9 +25,10 @@ struct Placement {
 class SuperelementBody final : public Body {
  public:
   // `form` belongs to `superelement`; both are shared by the instances of a component (a held instance has its own form).
-  // add_velocities() and nodal_masses() need the superelement's matrices.
+  // add_velocities() and nodal_masses() need the superelement's matrices. Not with Scheme::newmark: add_velocities(),
+  // motion_bound(). `newmark` is looked at with Scheme::newmark only.
   SuperelementBody(std::string name, std::shared_ptr<const Superelement> superelement, std::shared_ptr<const DiagonalForm> form,
-                   const Placement& placement, Scheme scheme);
+                   const Placement& placement, Scheme scheme, const NewmarkOptions& newmark = {});
 
   const std::string& name() const override { return name_; }
   Index n_dofs() const override { return form_->omega.size(); }
@@ -81,6 +83,11 @@ class SuperelementBody final : public Body {
   void load_amplitudes(double t, Vector& f) const;
   void propagate(const Vector& eta, const Vector& v, Vector& eta_end, Vector& v_end, double* external_work);
   void predict_central(double h);
+  const Vector& newmark_weight(double h) const;
+  void predict_newmark(double h);
+  void accept_exact();
+  void accept_central();
+  void accept_newmark();
   void book_friction(double work);
 
   std::string name_;
@@ -88,6 +95,7 @@ class SuperelementBody final : public Body {
   std::shared_ptr<const DiagonalForm> form_;
   Placement placement_;
   Scheme scheme_;
+  NewmarkOptions newmark_;
   IndexTable rows_;
   Points X_;
   std::vector<NodeSet> sets_;
@@ -102,6 +110,12 @@ class SuperelementBody final : public Body {
   Vector f_, f0_, f1_, work_eta_, work_v_;
   double t_ = 0, h_ = 0, last_h_ = 0;
   mutable ModalPropagator regular_, other_;  // of the last two step lengths
+  // Newmark: modal accelerations at the start of the step (at its end, before what the move takes from them); of HHT-alpha the last
+  // step's move and change of load
+  Vector a_, e_, move_, load_change_;
+  mutable Vector newmark_weight_;
+  mutable double newmark_h_ = 0;
+  bool started_ = false;
   BodyWork work_;
 };
 

@@ -13,9 +13,11 @@ namespace cbr {
 
 NodeResponse SuperelementBody::response(Index set, double h) const {
   const NodeSet& s = sets_[set];
-  // S = V_c diag(sin(omega h)/omega) V_c^T, or h V_c V_c^T   (3m x 3m). Below omega h = pi the weights are positive: half the work.
+  // S = V_c diag(w) V_c^T   (3m x 3m), w = sin(omega h)/omega, h, or h/(1 + theta omega^2). Positive weights (exact: below omega h
+  // = pi) are half the work.
   Vector weight = Vector::Constant(form_->omega.size(), h);
   if (is_exact()) weight = propagator(h).s;
+  if (scheme_ == Scheme::newmark) weight = newmark_weight(h);
   NodeResponse response;
   const Index m = s.Vt.cols();
   if (weight.size() == 0) {  // every dof is held
@@ -95,7 +97,7 @@ void SuperelementBody::add_gravity(const Vector3& acceleration, const History& h
 
 // Central differences: the mid-step velocity, half a step on under the internal forces and loads, second order at t_.
 Vector SuperelementBody::present_rates() const {
-  if (is_exact()) return v_;
+  if (scheme_ != Scheme::central_difference) return v_;
   Vector f(eta_.size());
   load_amplitudes(t_, f);
   return v_ + 0.5 * last_h_ * (f - form_->omega.cwiseAbs2().cwiseProduct(eta_));
@@ -116,7 +118,7 @@ BodyState SuperelementBody::state() const {
   if (!std::isfinite(state.rotation)) state.rotation = 0;
   const auto omega = form_->omega.array();
   const double strain = 0.5 * (omega * eta_.array()).square().sum();
-  if (is_exact()) {
+  if (scheme_ != Scheme::central_difference) {
     state.kinetic_energy = 0.5 * v_.squaredNorm();
   } else {
     // 1/2 v- . v+ with v+ of the internal forces alone: what leapfrog conserves together with the strain energy

@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A superelement under Newmark's method and HHT-alpha.
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <random>
+
+#include "dynamics/bodies/superelement_body.hpp"
+#include "tests/unit/dynamics/lattice.hpp"
+
+namespace cbr {
+namespace {
+
+constexpr double alphas[] = {0.0, -0.1, -1.0 / 3};
+
+Superelement reduced(Index k) {
+  const test::Lattice block = test::lattice({4, 3, 3}, 0.1, 2e3, 0.5);
+  return test::reduce(block, test::x_nodes(block, true, true), k);
+}
+
+SuperelementBody make_body(Index k, Scheme scheme, double alpha, const Placement& placement = {}) {
+  const auto model = test::model(reduced(k));
+  return {"body", model.superelement, model.form, placement, scheme, NewmarkOptions{alpha}};
+}
+
+Placement turned() {
+  Placement placement;
+  placement.T = Eigen::AngleAxisd(0.7, Vector3(1, 2, -1).normalized()).toRotationMatrix() * Vector3(1, -1, 1).asDiagonal();
+  placement.velocity = Vector3(2, -1, 0.5);
+  return placement;
+}
+
+Points random_points(std::mt19937& random, Index n, double size) {
+  std::normal_distribution<double> normal;
+  return Points::NullaryExpr(n, 3, [&] { return size * normal(random); });
+}
+
+double energy(const Body& body) { return body.state().kinetic_energy + body.state().strain_energy; }
+
+const History ramp{{0.0, 0.013, 0.041, 0.3}, {1.0, 3.0, -2.0, 0.5}};
+
+// The equations as they stand, with dense matrices: accelerations from M a_1 + (1 + alpha) (K u_1 - f_1) - alpha (K u_0 - f_0) = 0.
+TEST(Newmark, IsTheSchemeOfTheDenseMatrices) {
+  for (const double alpha : alphas) {
+    const Superelement s = reduced(6);
+    const Matrix K = reduced_stiffness(s), M = reduced_mass(s);
+    const double beta = 0.25 * (1 - alpha) * (1 - alpha), gamma = 0.5 - alpha;
+    const auto model = test::model(s);
+    SuperelementBody body("body", model.superelement, model.form, Placement{}, Scheme::newmark, NewmarkOptions{alpha});
+    const Index set = body.track({2, 5});
+    Points force = Points::Zero(body.n_nodes(), 3), impulse(2, 3);
+    force.row(7) << 3, -1, 2;
+    impulse << 1, 0, -3, 0.3, 1, 2;
+    body.add_force(force, ramp);
+    Vector q = Vector::Zero(s.n()), v = q, f = q, p = q;
+    f.segment<3>(s.k() + 21) << 3, -1, 2;
+    p.segment<3>(s.k() + 6) << 1, 0, -3;
+    p.segment<3>(s.k() + 15) << 0.3, 1, 2;
+    Vector a = M.ldlt().solve(f);
+    double t = 0;
+    for (int step = 0; step < 60; ++step) {
+      const double h = (step < 40 ? 3.0 : 0.7) / body.largest_frequency(), f0 = history_value(ramp, t),
+                   f1 = history_value(ramp, t + h);
+      if (step % 9 == 3) v += M.ldlt().solve(p);
+      const Vector start = q + h * v + h * h * (0.5 - beta) * a;
+      const Vector a1 =
+          (M + (1 + alpha) * beta * h * h * K).ldlt().solve((1 + alpha) * (f1 * f - K * start) - alpha * (f0 * f - K * q));
+      v += h * ((1 - gamma) * a + gamma * a1);
+      q = start + h * h * beta * a1;
+      a = a1;
+      body.predict(t, h);
+      if (step % 9 == 3) body.add_impulses(set, impulse);
+      body.accept();
+      t += h;
+    }
+    EXPECT_LT((body.coordinates() - q).norm(), 1e-9 * q.norm()) << alpha;
+    EXPECT_LT((body.coordinate_rates() - v).norm(), 1e-9 * v.norm()) << alpha;
+  }
+}
+
+TEST(Newmark, ResponseIsWhatImpulsesDoAndTheInverseOfTheSystemMatrix) {
+  std::mt19937 random(2);
+  for (const double alpha : alphas) {
+    SuperelementBody body = make_body(8, Scheme::newmark, alpha, turned());
+    const Index set = body.track({0, 3, 5, 11});
+    for (const double share : {0.5, 2.0, 300.0}) {
+      const double h = share / body.largest_frequency();
+      const NodeResponse S = body.response(set, h);
+      EXPECT_GT(Eigen::SelfAdjointEigenSolver<Matrix>(S.dense).eigenvalues().minCoeff(), 0);
+      Points before, after;
+      body.predict(0, h);
+      body.predicted_positions(set, before);
+      const Points p = random_points(random, 4, 1);
+      body.add_impulses(set, 0.25 * p), body.add_impulses(set, 0.75 * p, ImpulseKind::friction);
+      body.predicted_positions(set, after);
+      const Points moved = after - before;
+      const Vector expected = S.dense * Eigen::Map<const Vector>(p.data(), p.size());
+      EXPECT_LT((Eigen::Map<const Vector>(moved.data(), 12) - expected).norm(), 1e-10 * expected.norm());
+    }
+    // h A^-1 at the dofs of an upright body
+    const Superelement s = reduced(8);
+    SuperelementBody upright = make_body(8, Scheme::newmark, alpha);
+    const Index one = upright.track({4});
+    const double h = 5 / upright.largest_frequency();
+    const NewmarkOptions newmark{alpha};
+    const Matrix A = reduced_mass(s) + newmark.stiffness_factor(h) * reduced_stiffness(s);
+    const Matrix expected = (h * A.inverse()).block<3, 3>(s.k() + 12, s.k() + 12);
+    EXPECT_LT((upright.response(one, h).dense - expected).norm(), 1e-10 * expected.norm());
+  }
+}
+
+TEST(Newmark, MomentumIsThatOfTheImpulses) {
+  std::mt19937 random(1);
+  for (const double alpha : alphas) {
+    SuperelementBody body = make_body(12, Scheme::newmark, alpha, turned());
+    std::vector<Index> nodes(body.n_nodes());
+    std::iota(nodes.begin(), nodes.end(), Index{0});
+    const Index set = body.track(nodes);
+    const double h = 20 / body.largest_frequency();
+    const Vector3 center = body.state().center_of_mass;
+    Vector3 momentum = body.state().momentum, angular = body.state().angular_momentum;
+    double scale = momentum.norm(), angular_scale = angular.norm();
+    for (int step = 0; step < 200; ++step) {
+      const Points p = random_points(random, body.n_nodes(), step % 10 == 0 ? 0.3 : 0.0);
+      const Vector3 drift = body.state().center_of_mass - center;  // arms are those of the undeformed body
+      for (Index i = 0; i < p.rows(); ++i)
+        angular += Vector3(body.reference_positions().row(i).transpose() + drift).cross(Vector3(p.row(i).transpose()));
+      momentum += p.colwise().sum().transpose();
+      body.predict(step * h, h);
+      body.add_impulses(set, p);
+      body.accept();
+      scale = std::max(scale, momentum.norm()), angular_scale = std::max(angular_scale, angular.norm());
+    }
+    EXPECT_LT((body.state().momentum - momentum).norm(), 1e-13 * scale);
+    EXPECT_LT((body.state().angular_momentum - angular).norm(), 1e-12 * angular_scale);
+  }
+}
+
+TEST(Newmark, EnergyBalanceClosesToRoundOff) {
+  std::mt19937 random(3);
+  for (const double alpha : alphas) {
+    for (const double share : {1.2, 150.0}) {
+      SuperelementBody body = make_body(12, Scheme::newmark, alpha, turned());
+      const Index set = body.track({1, 4, 7});
+      body.add_force(random_points(random, body.n_nodes(), 4.0), ramp);
+      body.add_gravity(Vector3(0, 0, -9.81), {});
+      const double start = energy(body);
+      double largest = start, t = 0;
+      for (int step = 0; step < 400; ++step) {
+        const double h = (step < 200 ? 1 : 0.37) * share / body.largest_frequency();
+        body.predict(t, h);
+        if (step % 7 == 0)
+          body.add_impulses(set, random_points(random, 3, 0.4), step % 2 ? ImpulseKind::contact : ImpulseKind::friction);
+        body.accept();
+        t += h;
+        largest = std::max(largest, energy(body));
+        const BodyWork work = body.work();
+        EXPECT_LT(std::abs(energy(body) - start - work.external - work.contact - work.friction - work.numerical), 2e-12 * largest)
+            << alpha << " " << step;
+        if (alpha == 0) {
+          EXPECT_EQ(work.numerical, 0);
+        }
+      }
+      EXPECT_GT(largest, 2 * start);
+    }
+  }
+}
+
+// Struck once, and then left to itself.
+TEST(Newmark, AverageAccelerationKeepsAllEnergyAndHhtTakesIt) {
+  for (const double share : {0.2, 1.0, 2.0, 20.0, 200.0}) {
+    double last = 0;
+    for (const double alpha : alphas) {
+      SuperelementBody body = make_body(20, Scheme::newmark, alpha);
+      const Index set = body.track({0});
+      Points p(1, 3);
+      p << 1, -2, 3;
+      const double h = share / body.largest_frequency();
+      double least = 1e300, most = 0, numerical = 0;
+      for (int step = 0; step < 5000; ++step) {
+        body.predict(step * h, h);
+        if (step == 0) body.add_impulses(set, p);
+        body.accept();
+        least = std::min(least, energy(body)), most = std::max(most, energy(body));
+        numerical = std::max(numerical, body.work().numerical);
+      }
+      if (alpha == 0) {
+        EXPECT_LT(most - least, 1e-12 * most) << share;
+        EXPECT_NEAR(body.work().contact, most, 1e-12 * most);
+      } else {
+        EXPECT_LE(numerical, 0) << alpha << " " << share;
+        EXPECT_LT(body.work().numerical, last + 1e-9 * most) << alpha << " " << share;  // nothing may be left to damp
+        EXPECT_LT(body.work().numerical, -1e-6 * most);
+        last = body.work().numerical;
+      }
+    }
+  }
+}
+
+// One mode by itself: the logarithmic decrement of HHT-alpha grows with omega h, and the period is longer by (omega h)^2 / 12.
+TEST(Newmark, HhtDampsHighFrequenciesAndSparesLowOnes) {
+  const auto left_after = [](double x, double alpha) {
+    SuperelementBody body = make_body(20, Scheme::newmark, alpha);
+    const Index set = body.track({0});
+    Points p(1, 3);
+    p << 1, 0, 0;
+    const double h = x / body.largest_frequency();
+    body.predict(0, h), body.add_impulses(set, p), body.accept();
+    const double start = energy(body) - 0.5 * body.state().momentum.squaredNorm() / 18;
+    for (int step = 1; step < 100; ++step) body.predict(step * h, h), body.accept();
+    return (energy(body) - 0.5 * body.state().momentum.squaredNorm() / 18) / start;
+  };
+  const double slow = left_after(0.02, -0.1), fast = left_after(2, -0.1), faster = left_after(20, -0.1);
+  EXPECT_GT(slow, 0.999);
+  EXPECT_LT(fast, 0.9 * slow);
+  EXPECT_LT(faster, 0.9 * fast);
+}
+
+// Against the exact motion under a smooth load.
+TEST(Newmark, IsOfSecondOrder) {
+  std::mt19937 random(5);
+  const Points force = random_points(random, make_body(5, Scheme::exact, 0).n_nodes(), 3.0);
+  History smooth;
+  for (int i = 0; i <= 4000; ++i) {
+    smooth.time.push_back(1e-4 * i);
+    smooth.value.push_back(0.5 - 0.5 * std::cos(2 * std::numbers::pi * smooth.time.back() / 0.4));
+  }
+  const auto end_of = [&](Scheme scheme, double alpha, int steps) {
+    SuperelementBody body = make_body(5, scheme, alpha);
+    body.add_force(force, smooth);
+    const double h = 0.4 / steps;
+    for (int i = 0; i < steps; ++i) body.predict(i * h, h), body.accept();
+    return std::pair(body.coordinates(), body.coordinate_rates());
+  };
+  const auto [q, rate] = end_of(Scheme::exact, 0, 1);
+  for (const double alpha : alphas) {
+    const auto [q1, rate1] = end_of(Scheme::newmark, alpha, 400);
+    const auto [q2, rate2] = end_of(Scheme::newmark, alpha, 800);
+    EXPECT_GT(std::log2((q1 - q).norm() / (q2 - q).norm()), 1.9) << alpha;
+    EXPECT_GT(std::log2((rate1 - rate).norm() / (rate2 - rate).norm()), 1.9) << alpha;
+    EXPECT_LT((q2 - q).norm(), 1e-2 * q.norm());
+  }
+}
+
+}  // namespace
+}  // namespace cbr
