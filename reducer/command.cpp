@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "reducer/command.hpp"
 
+#include <functional>
 #include <map>
+#include <ostream>
 
 #include "common/error.hpp"
 #include "common/number_text.hpp"
 #include "common/output_file.hpp"
 #include "common/program.hpp"
 #include "common/scene_words.hpp"
+#include "reducer/estimate.hpp"
 #include "reducer/reduce.hpp"
 #include "reducer/summary.hpp"
 
@@ -156,27 +159,58 @@ class Reducer {
   std::map<std::string, std::filesystem::path> done_;  // content hash -> file made in this run
 };
 
-}  // namespace
-
-void run_reduce(const ReduceCommand& command, std::ostream* scene_out, Report& report) {
-  const bool is_mesh = is_mesh_name(command.input);
-  if (!is_mesh) refuse_mesh_options(command);
-  const Scene scene = is_mesh ? scene_of_mesh(command) : read_scene(command.input);
-  Reducer reducer(command, report);
+// Calls `action` once for each component that an instance uses as a superelement; its InputErrors get the component's place.
+// False when there is none.
+bool for_each_component(const Scene& scene, const std::string& mesh_input, const std::function<void(const Component&)>& action) {
   std::map<std::string, bool> seen;
   for (const auto& instance : scene.instances) {
     if (instance.as != InstanceKind::superelement || seen[instance.component]) continue;
     seen[instance.component] = true;
     const Component& component = component_of(scene, instance);
     try {
-      reducer.reduce_component(scene, component);
+      action(component);
     } catch (const InputError& error) {
       const std::string where =
-          is_mesh ? command.input : component.reduction->source.text() + ": component '" + component.name + "'";
+          !mesh_input.empty() ? mesh_input : component.reduction->source.text() + ": component '" + component.name + "'";
       throw InputError(where + ": " + error.what());
     }
   }
-  if (seen.empty()) report.line("no instance stands as a superelement: nothing to reduce");
+  return !seen.empty();
+}
+
+void estimate_component(const ReduceCommand& command, const Scene& scene, const Component& component, std::ostream& out) {
+  const ReductionOptions& reduction = *component.reduction;
+  refuse_what_is_not_there_yet(reduction);
+  const Mesh mesh = read_mesh(component.mesh);
+  Index n_elements = 0;
+  for (const Block& block : mesh.blocks) n_elements += dimension(block.type) == 3 ? block.connectivity.rows() : 0;
+  const std::vector<Index> domain(static_cast<std::size_t>(n_elements), 0);
+  const Index diagonal_limit = command.diagonal_limit.value_or(ReduceSettings{}.diagonal_limit);
+  const Estimate e = estimate(mesh, block_properties(scene, component, mesh), reduction, domain, diagonal_limit);
+  const std::string title = "# " + component.name + " (" + component.mesh.filename().string() + "), interface " +
+                            join(reduction.interface_sets) + ": what a reduction would give and cost";
+  print_estimate(e, machine_rates(), command.memory > 0 ? command.memory : half_of_memory(), title, out);
+}
+
+}  // namespace
+
+void run_estimate(const ReduceCommand& command, std::ostream& out, Report& report) {
+  const bool is_mesh = is_mesh_name(command.input);
+  if (!is_mesh) refuse_mesh_options(command);
+  const Scene scene = is_mesh ? scene_of_mesh(command) : read_scene(command.input);
+  const bool any = for_each_component(scene, is_mesh ? command.input : "",
+                                      [&](const Component& component) { estimate_component(command, scene, component, out); });
+  if (!any) report.line("no instance stands as a superelement: nothing to estimate");
+}
+
+void run_reduce(const ReduceCommand& command, std::ostream* scene_out, Report& report) {
+  const bool is_mesh = is_mesh_name(command.input);
+  if (!is_mesh) refuse_mesh_options(command);
+  const Scene scene = is_mesh ? scene_of_mesh(command) : read_scene(command.input);
+  Reducer reducer(command, report);
+  const bool any = for_each_component(scene, is_mesh ? command.input : "",
+                                      [&](const Component& component) { reducer.reduce_component(scene, component); });
+  if (!any) report.line("no instance stands as a superelement: nothing to reduce");
   report.timings();
   if (!is_mesh && scene_out != nullptr) write_scene(scene, *scene_out);
 }

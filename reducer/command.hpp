@@ -26,6 +26,7 @@ struct ReduceCommand {
   bool recovery = false;
   // With both.
   bool force = false;
+  bool estimate = false;  // print what the reductions would cost, and reduce nothing
   double memory = 0;
   std::optional<Index> diagonal_limit;
 };
@@ -35,6 +36,9 @@ void add_reduce_options(CLI::App& app, ReduceCommand& command);
 // Reduces what is not up to date. A scene goes on to `scene_out` (null: nowhere).
 // InputError: mesh options with a scene, missing ones with a mesh, everything wrong with a component (naming it). RunError: disk.
 void run_reduce(const ReduceCommand& command, std::ostream* scene_out, Report& report);
+
+// What the reductions would give and cost, as tables; reduces and writes nothing. InputErrors as of run_reduce.
+void run_estimate(const ReduceCommand& command, std::ostream& out, Report& report);
 
 // A scene with the one component that the options describe.
 Scene scene_of_mesh(const ReduceCommand& command);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <CLI/CLI.hpp>
+#include <iostream>
 
 #include "common/program.hpp"
 #include "reducer/command.hpp"
@@ -11,7 +12,8 @@ int main(int argc, char** argv) {
       "  cbr-reduce impact.yaml                                  every component that an instance uses as a superelement\n"
       "  cbr-reduce impact.yaml | cbr-skin - | cbr-dyn - -o results.h5\n"
       "  cbr-reduce block.msh --interface contact --modes 80 --youngs-modulus 2.1e11 --poissons-ratio 0.3 --density 7850 \\\n"
-      "             -o block.cbr.h5");
+      "             -o block.cbr.h5\n"
+      "  cbr-reduce block.msh --interface surface --modes 50 --domains 8 --estimate");
   cbr::CommonOptions common;
   cbr::ReduceCommand command;
   cbr::add_common_options(app, common);
@@ -19,6 +21,10 @@ int main(int argc, char** argv) {
   return cbr::run_program(app, argc, argv, [&] {
     cbr::Report report("cbr-reduce", common.verbosity());
     cbr::set_threads(common.threads);
+    if (command.estimate) {
+      cbr::run_estimate(command, std::cout, report);
+      return;
+    }
     cbr::run_reduce(command, cbr::filter_output(), report);
   });
 }

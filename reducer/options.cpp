@@ -74,6 +74,10 @@ void add_reduce_options(CLI::App& app, ReduceCommand& command) {
   mesh->add_flag("--recovery", command.recovery, "store what brings back the interior: Psi, Phi and the connectivity");
   mesh->add_option("-o,--output", command.output, "superelement file (default: the mesh's name with .cbr.h5, in this folder)")
       ->type_name("FILE");
+  app.add_flag(
+      "--estimate", command.estimate,
+      "print what the reduction would give and cost, and reduce nothing: sizes, non-zeros, memory and times from the mesh's "
+      "connectivity, beside Eqs 5-17 of the paper. With a mesh no material is needed, but for --cutoff-hz");
   app.add_flag("--force", command.force, "reduce again, though nothing has changed");
   app.add_option_function<std::string>(
          "--memory",
@@ -103,10 +107,15 @@ Scene scene_of_mesh(const ReduceCommand& command) {
   component.mesh = absolute(command.input);
   component.material = "material";
   reduction.source.file = component.source.file = "command line";
-  scene.materials["material"] = {
-      number_in("--youngs-modulus", command.youngs_modulus, 0, INFINITY, "a positive number"),
-      number_in("--poissons-ratio", command.poissons_ratio, -1, 0.5, "a number between -1 and 0.5 (both excluded)"),
-      number_in("--density", command.density, 0, INFINITY, "a positive number")};
+  const bool no_material = !command.youngs_modulus && !command.poissons_ratio && !command.density;
+  if (command.estimate && no_material && !command.cutoff_hz) {
+    scene.materials["material"] = {1, 0, 1};  // nothing depends on it
+  } else {
+    scene.materials["material"] = {
+        number_in("--youngs-modulus", command.youngs_modulus, 0, INFINITY, "a positive number"),
+        number_in("--poissons-ratio", command.poissons_ratio, -1, 0.5, "a number between -1 and 0.5 (both excluded)"),
+        number_in("--density", command.density, 0, INFINITY, "a positive number")};
+  }
   if (!command.element.empty()) component.element = parse_hex8_formulation(command.element);
   component.mass = word_in("--mass", command.mass, {"lumped", "consistent"}) == "lumped" ? MassKind::lumped : MassKind::consistent;
   if (command.interface_sets.empty()) throw InputError("--interface is missing: name the sideset or nodeset whose nodes are kept");

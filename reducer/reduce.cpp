@@ -21,10 +21,6 @@ namespace {
 constexpr Index least_candidates = 200, candidates_per_mode = 4;
 constexpr double singular_pivot = 1e-14, doubtful_pivot = 1e-11;
 
-double half_of_memory() {
-  return 0.5 * static_cast<double>(::sysconf(_SC_PHYS_PAGES)) * static_cast<double>(::sysconf(_SC_PAGE_SIZE));
-}
-
 // What every step of one reduction works on.
 struct Reduction {
   const Mesh& mesh;
@@ -77,13 +73,12 @@ Index n_modes_wanted(const Reduction& r) {
 
 FixedInterfaceModes modes_to_compute(Reduction& r, const SparseCholesky& factor) {
   const Index wanted = n_modes_wanted(r), n_I = r.p.n_interior();
-  Index candidates = wanted;
   if (r.options.pick == "participation") {
     if (!r.options.modes) throw InputError("pick: participation needs `modes`: a cutoff keeps every mode below it");
-    if (wanted > 0 && wanted < n_I) candidates = std::min(n_I, std::max(candidates_per_mode * wanted, least_candidates));
   } else if (r.options.pick != "frequency") {
     throw InputError("pick: '" + r.options.pick + "' found, frequency or participation allowed");
   }
+  const Index candidates = n_mode_candidates(r.options.pick, wanted, n_I);
   const auto phase = r.report.phase("fixed-interface modes");
   r.report.progress("fixed-interface modes", 0);
   FixedInterfaceModes modes = fixed_interface_modes(r.p, factor, candidates, r.report);
@@ -197,6 +192,15 @@ void add_diagonal(const Reduction& r, Superelement& s) {
 }
 
 }  // namespace
+
+double half_of_memory() {
+  return 0.5 * static_cast<double>(::sysconf(_SC_PHYS_PAGES)) * static_cast<double>(::sysconf(_SC_PAGE_SIZE));
+}
+
+Index n_mode_candidates(const std::string& pick, Index wanted, Index n_interior) {
+  if (pick != "participation" || wanted == 0 || wanted >= n_interior) return wanted;
+  return std::min(n_interior, std::max(candidates_per_mode * wanted, least_candidates));
+}
 
 std::vector<Index> modes_by_participation(const Matrix& M_kc, Index count) {
   const Vector participation = M_kc.rowwise().squaredNorm();

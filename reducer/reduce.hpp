@@ -38,6 +38,12 @@ Superelement reduce(const Mesh& mesh, const std::vector<BlockProperties>& proper
                     const ReductionOptions& options, const ReduceSettings& settings, Report& report,
                     ReductionFigures* figures = nullptr);
 
+// What `memory` 0 stands for: half of this machine's, in bytes.
+double half_of_memory();
+
+// Modes that are computed so that `wanted` can be kept; more than wanted with pick: participation.
+Index n_mode_candidates(const std::string& pick, Index wanted, Index n_interior);
+
 // Indices (ascending) of the `count` rows of M_kc with the largest |alpha_j|^2: the modes that an interface motion drives most.
 std::vector<Index> modes_by_participation(const Matrix& M_kc, Index count);
 

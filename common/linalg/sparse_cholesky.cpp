@@ -137,10 +137,15 @@ struct Cholmod {
   Cholmod(const Cholmod&) = delete;
   Cholmod& operator=(const Cholmod&) = delete;
 
-  void factorize(const SparseMatrix& A) {
+  void analyze(const SparseMatrix& A) {
     cholmod_sparse view = lower_view(A);
     L = cholmod_l_analyze(&view, &common);
     check("ordering", A);
+  }
+
+  void factorize(const SparseMatrix& A) {
+    analyze(A);
+    cholmod_sparse view = lower_view(A);
     cholmod_l_factorize(&view, L, &common);
     check("factorisation", A);
   }
@@ -293,6 +298,23 @@ SparseMatrix SparseCholesky::solve(const SparseMatrix& B) const {
   }
   X.setFromTriplets(entries.begin(), entries.end());
   return X;
+}
+
+FactorCost factor_cost(const SparseMatrix& nodes, Index dofs) {
+  FactorCost cost;
+  if (nodes.rows() == 0) return cost;
+  assert(nodes.isCompressed());
+  Cholmod cholmod(CHOLMOD_SIMPLICIAL);
+  cholmod.analyze(nodes);
+  const auto* count = static_cast<const Index*>(cholmod.L->ColCount);
+  for (std::size_t j = 0; j < cholmod.L->n; ++j) {
+    for (Index i = 0; i < dofs; ++i) {
+      const auto rows = static_cast<double>(dofs * count[j] - i);
+      cost.n_nonzeros += rows;
+      cost.flops += rows * rows;
+    }
+  }
+  return cost;
 }
 
 Index negative_inertia(const SparseMatrix& A) {

@@ -159,6 +159,32 @@ TEST_F(Program, NothingButTheSceneOnStdoutWithoutModes) {
   EXPECT_EQ(s.k(), 0);
 }
 
+TEST_F(Program, EstimateReducesNothing) {
+  const auto table_of = [&](ReduceCommand command) {
+    command.estimate = true;
+    Report report("cbr-reduce", Verbosity::quiet);
+    std::ostringstream out;
+    run_estimate(command, out, report);
+    return out.str();
+  };
+  ReduceCommand mesh;
+  mesh.input = path("box.msh");
+  mesh.interface_sets = {"x_max"};
+  mesh.modes = 4;
+  EXPECT_NE(table_of(mesh).find("| 17 "), std::string::npos);  // without a material
+  ReduceCommand in_scene;
+  in_scene.input = scene("{interface: [x_max], modes: 4}");
+  EXPECT_NE(table_of(in_scene).find("| 17 "), std::string::npos);
+  EXPECT_FALSE(fs::exists(path("box.cbr.h5")));
+  mesh.interface_sets = {"x_mx"};
+  EXPECT_THROW(table_of(mesh), InputError);
+  mesh.interface_sets = {"x_max"};
+  mesh.modes.reset();
+  EXPECT_THROW(table_of(mesh), InputError);
+  mesh.cutoff_hz = 10;
+  EXPECT_THROW(table_of(mesh), InputError);  // Weyl's law needs a material
+}
+
 TEST_F(Program, RefusesWithTheCure) {
   EXPECT_NE(message_of({path("box.msh")}).find("--youngs-modulus is missing"), std::string::npos);
   EXPECT_NE(message_of(mesh_arguments({"--basis", "massles"})).find("massless"), std::string::npos);

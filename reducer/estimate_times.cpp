@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Predicted times and memory. The rates of each phase relative to dgemm are measurements: docs/decisions/decomposition.md.
+#include <algorithm>
+#include <cmath>
+
+#include "reducer/estimate.hpp"
+#include "reducer/fixed_interface_modes.hpp"
+
+namespace cbr {
+namespace {
+
+// Shares of dgemm's rate.
+constexpr double factor_rate = 0.5, solve_rate = 0.2, product_rate = 0.8;
+// Flops per second of the simplicial LDL^T of an inertia count, and above how many (4 x) none is made.
+constexpr double count_rate = 1e9, most_counted = 1e11;
+// Dense eigenproblems, in n^3 flops at dgemm's rate.
+constexpr double dense_standard = 10, dense_general = 20;
+// Block Lanczos: about five solves a mode, and the products that keep the basis orthonormal, in n k^2 flops.
+constexpr double solves_per_mode = 5, orthonormalise = 490;
+
+bool product_is_taken(const DomainEstimate& d, double memory) {
+  return 8 * d.n_interior() * d.c() <= memory && 4 * d.factor_nonzeros / solve_rate >= d.n_interior() * d.c();
+}
+
+double modes_seconds(const DomainEstimate& d, double flops) {
+  const double n = d.n_interior(), k = static_cast<double>(d.n_candidates);
+  if (k == 0 || n == 0) return 0;
+  if (dense_is_faster(static_cast<Index>(n), d.n_candidates, d.factor_nonzeros)) return dense_standard * n * n * n / flops;
+  const double count = 4 * d.factor_flops < most_counted ? d.factor_flops / count_rate : 0;
+  return solves_per_mode * 4 * k * d.factor_nonzeros / (solve_rate * flops) + orthonormalise * n * k * k / flops + count;
+}
+
+double condensation_seconds(const DomainEstimate& d, double memory, double flops) {
+  const double solves = 4 * d.factor_nonzeros * d.c(), products = 2 * d.n_interior() * d.k() * d.c();
+  if (product_is_taken(d, memory))
+    return solves / (solve_rate * flops) + (products + d.n_interior() * d.c() * d.c()) / (product_rate * flops);
+  return 2 * solves / (solve_rate * flops) + products / (product_rate * flops);
+}
+
+}  // namespace
+
+PredictedTimes predicted_times(const Estimate& estimate, const MachineRates& rates, double memory) {
+  PredictedTimes t;
+  double blocks = 0;  // entries of K_cc, and of M_kc twice
+  for (const auto& d : estimate.domains) {
+    t.factorisation += d.factor_flops / (factor_rate * rates.flops);
+    t.modes += modes_seconds(d, rates.flops);
+    t.condensation += condensation_seconds(d, memory, rates.flops);
+    blocks += d.c() * d.c() + 2 * d.k() * d.c();
+  }
+  const double n = estimate.n_joined(), c = 3 * static_cast<double>(estimate.n_joined_nodes);
+  if (estimate.has_diagonal_form) t.diagonal_form = dense_general * n * n * n / rates.flops;
+  const auto step = [&](double bytes) { return PredictedTimes::Step{bytes, bytes / rates.bandwidth}; };
+  t.exact = step(8 * 8 * n);
+  t.exact_in_contact = step(8 * 8 * n + 2 * 8 * n * 3 * static_cast<double>(estimate.n_interface_nodes));
+  // K_cc and M_kc of each domain, and the factor forward and backward.
+  t.central_difference = step(8 * (blocks + 2 * estimate.joined_factor_nonzeros + 8 * (n + c)));
+  t.newmark = t.central_difference;
+  t.mesh = step(76.0 / 9 * estimate.mesh_nonzeros + 8 * 8 * 3 * static_cast<double>(estimate.n_nodes));
+  return t;
+}
+
+double reduction_memory(const Estimate& estimate, double memory) {
+  double most = 0, results = 0;
+  for (const auto& d : estimate.domains) {
+    results += 8 * d.block_nonzeros();
+    const double matrices = 2 * 16 * d.mesh_nonzeros;  // K, and its blocks K_II, K_IC, K_CC
+    const double Psi = product_is_taken(d, memory) ? 8 * d.n_interior() * d.c() : std::min(memory, 32 * d.n_interior() * 512);
+    const double modes = 2 * 8 * d.n_interior() * d.k() * 2;  // the Lanczos basis of about 2 k vectors, and Phi twice
+    most = std::max(most, matrices + 8 * d.factor_nonzeros + std::max(Psi + modes, 2 * modes));
+  }
+  const double n = estimate.n_joined();
+  return results + std::max(most, estimate.has_diagonal_form ? 4 * 8 * n * n : 0.0);
+}
+
+}  // namespace cbr
