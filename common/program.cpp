@@ -169,6 +169,8 @@ int run_program(CLI::App& app, int argc, char** argv, const std::function<void()
 
 std::ostream* filter_output() { return ::isatty(STDOUT_FILENO) == 1 ? nullptr : &std::cout; }
 
+std::ostream& table_output() { return std::cout; }
+
 const char* version() { return CBR_VERSION; }
 
 }  // namespace cbr

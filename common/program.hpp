@@ -32,6 +32,9 @@ int run_program(CLI::App& app, int argc, char** argv, const std::function<void()
 // Where a filter hands its scene on: stdout, or null when that is a terminal.
 std::ostream* filter_output();
 
+// stdout, for what a command is asked to print, as a table.
+std::ostream& table_output();
+
 const char* version();  // "0.1.0"
 
 }  // namespace cbr

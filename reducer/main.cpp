@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <CLI/CLI.hpp>
-#include <iostream>
 
 #include "common/program.hpp"
 #include "reducer/command.hpp"
@@ -22,7 +21,7 @@ int main(int argc, char** argv) {
     cbr::Report report("cbr-reduce", common.verbosity());
     cbr::set_threads(common.threads);
     if (command.estimate) {
-      cbr::run_estimate(command, std::cout, report);
+      cbr::run_estimate(command, cbr::table_output(), report);
       return;
     }
     cbr::run_reduce(command, cbr::filter_output(), report);
