@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <cmath>
@@ -134,6 +135,37 @@ TEST(ShellModel, VeryThinShellsAreCondensedToo) {
       EXPECT_LE((S * rigid_modes(mesh.X, Vector3::Zero())).cwiseAbs().maxCoeff(), 1e-12);
       EXPECT_GE(Eigen::SelfAdjointEigenSolver<Matrix>(S).eigenvalues().minCoeff(), -1e-12);
     }
+}
+
+// omega_max of the free shells, rotations with their inertia, over that of the membrane alone: the rotations do not set the step.
+TEST(ShellModel, RotationsDoNotSetTheStep) {
+  const auto top = [](const Matrix& A) {
+    return std::sqrt(Eigen::SelfAdjointEigenSolver<Matrix>(A, Eigen::EigenvaluesOnly).eigenvalues().maxCoeff());
+  };
+  double highest = 0;
+  for (const Faces kind : {Faces::quads, Faces::triangles, Faces::mixed})
+    for (const double aspect : {1.0, 5.0})
+      for (const double t : {1e-9, 0.1, 1.0, 2.0, 20.0}) {
+        const ShellMesh mesh = shell_grid(kind, 4, 4, [&](double x, double y) {
+          return Vector3(aspect * 4 * (x + 0.03 * std::sin(9 * y)), 4 * (y + 0.03 * std::sin(7 * x)), 0);
+        });
+        const ShellModel model = assemble_shells(mesh.faces, mesh.X, {steel, t});
+        const Index m = mesh.X.rows();
+        Vector root(6 * m);
+        std::vector<Index> membrane, drilling;
+        for (Index i = 0; i < 3 * m; ++i) {
+          root(i) = 1 / std::sqrt(model.mass(i / 3));
+          root(3 * m + i) = 1 / std::sqrt(model.rotary(i / 3));
+          if (i % 3 < 2) membrane.push_back(i);
+          if (i % 3 == 2) drilling.push_back(3 * m + i);
+        }
+        const Matrix A = root.asDiagonal() * Matrix(model.K) * root.asDiagonal();
+        const Matrix A_dd = A(drilling, drilling), A_dm = A(drilling, membrane);
+        const Matrix own = Matrix(A(membrane, membrane)) - A_dm.transpose() * A_dd.llt().solve(A_dm);
+        highest = std::max(highest, top(A) / top(own));
+      }
+  RecordProperty("highest", std::to_string(highest));
+  EXPECT_LE(highest, 1.03);
 }
 
 TEST(ShellModel, NeverNaN) {
