@@ -218,7 +218,7 @@ void SuperelementBody::add_impulses(Index set, const Points& impulses, ImpulseKi
     eta_end_.array() += step.s.array() * f_.array();
     v_end_.array() += step.c.array() * f_.array();
   } else if (scheme_ == Scheme::newmark) {
-    eta_end_.array() += newmark_weight(h_).array() * f_.array();
+    push_newmark(f_);
   } else {
     eta_end_ += h_ * f_;
     v_end_ += f_;

@@ -85,6 +85,7 @@ class SuperelementBody final : public Body {
   void predict_central(double h);
   const Vector& newmark_weight(double h) const;
   void predict_newmark(double h);
+  void push_newmark(const Vector& kick);
   void accept_exact();
   void accept_central();
   void accept_newmark();
@@ -110,9 +111,9 @@ class SuperelementBody final : public Body {
   Vector f_, f0_, f1_, work_eta_, work_v_;
   double t_ = 0, h_ = 0, last_h_ = 0;
   mutable ModalPropagator regular_, other_;  // of the last two step lengths
-  // Newmark: modal accelerations at the start of the step (at its end, before what the move takes from them); of HHT-alpha the last
-  // step's move and change of load
-  Vector a_, e_, move_, load_change_;
+  // Newmark: the step's move; modal accelerations at its start, and at its end before what the move takes from them; of HHT-alpha the
+  // last step's move and change of load
+  Vector d_, a_, e_, move_, load_change_;
   mutable Vector newmark_weight_;
   mutable double newmark_h_ = 0;
   bool started_ = false;

@@ -6,7 +6,7 @@
 
 namespace cbr {
 
-// What an impulse on a mode moves its end by: h / (1 + theta omega^2).
+// h / (1 + theta omega^2): half of it is what an impulse on a mode moves its end by.
 const Vector& SuperelementBody::newmark_weight(double h) const {
   if (newmark_h_ != h || newmark_weight_.size() != form_->omega.size()) {
     newmark_weight_ = h / (1 + newmark_.stiffness_factor(h) * form_->omega.array().square());
@@ -15,9 +15,10 @@ const Vector& SuperelementBody::newmark_weight(double h) const {
   return newmark_weight_;
 }
 
-// Of the move d = eta_1 - eta_0, with a_1 = e - (1 + alpha) omega^2 d and e = (1 + alpha) f_1 - alpha f_0 - omega^2 eta_0:
+// Of the move d = eta_1 - eta_0, which is kept by itself as it may be small beside both, with a_1 = e - (1 + alpha) omega^2 d and e
+// = (1 + alpha) f_1 - alpha f_0 - omega^2 eta_0:
 //   (1 + theta omega^2) d = h v_0 + h^2 ((1/2 - beta) a_0 + beta e).
-// The small move, not the end, is solved for: stiff modes then lose no digits.
+// Rates from d keep their digits for stiff modes and far from the origin.
 void SuperelementBody::predict_newmark(double h) {
   const auto omega2 = form_->omega.array().square();
   const double alpha = newmark_.alpha, beta = newmark_.beta();
@@ -29,34 +30,40 @@ void SuperelementBody::predict_newmark(double h) {
   }
   load_amplitudes(t_ + h, f1_);
   e_ = (1 + alpha) * f1_.array() - alpha * f0_.array() - omega2 * eta_.array();
-  eta_end_ = eta_.array() + newmark_weight(h).array() * (v_ + h * ((0.5 - beta) * a_ + beta * e_)).array();
+  d_ = newmark_weight(h).array() * (v_ + h * ((0.5 - beta) * a_ + beta * e_)).array();
+  eta_end_ = eta_ + d_;
+}
+
+void SuperelementBody::push_newmark(const Vector& kick) {
+  d_.array() += 0.5 * newmark_weight(h_).array() * kick.array();
+  eta_end_ = eta_ + d_;
 }
 
 // The rates of the end belong to the move that contact has left. With [.] the change over a step and the mean of both its ends, of
 // the velocity and of any load, written with a bar,
 //   [eta] = h vbar + h^2 (beta - gamma / 2) [a],   beta - gamma / 2 = alpha^2 / 4,
 // and the energy changes by
+//   contact: p . [eta] / h
 //   loads:   [eta] . (fbar - k ([f] - [f]_before)),   k = alpha (1/2 + alpha)
-//   scheme:  k omega^2 [eta] . ([eta] - [eta]_before) - alpha^2 h^2 / 4 (1/2 [a . a] - alpha [a] . [a]).
+//   scheme:  k omega^2 [eta] . ([eta] - [eta]_before) - alpha^2 h^2 / 4 (1/2 [a . a] - alpha [a] . [a]) - alpha^2 h / 4 p . [a].
 void SuperelementBody::accept_newmark() {
   const auto omega2 = form_->omega.array().square();
   const double alpha = newmark_.alpha, quarter = 0.25 * alpha * alpha * h_, k = alpha * (0.5 + alpha);
-  if (kicked_) work_.contact += kick_.dot(v_) + 0.5 * kick_.squaredNorm();
-  if (rubbed_) book_friction(friction_kick_.dot(v_) + 0.5 * friction_kick_.dot(kick_));
-  if (kicked_) v_ += kick_;
-  f_ = eta_end_ - eta_;
-  e_.array() -= (1 + alpha) * omega2 * f_.array();  // a_1
-  v_end_ = (2 / h_) * f_ - v_;
+  if (kicked_) work_.contact += kick_.dot(d_) / h_;
+  if (rubbed_) book_friction(friction_kick_.dot(d_) / h_);
+  e_.array() -= (1 + alpha) * omega2 * d_.array();  // a_1
+  v_end_ = (2 / h_) * d_ - v_;
   if (alpha != 0) v_end_ -= 2 * quarter * (e_ - a_);
   if (!loads_.empty()) {
-    work_.external += 0.5 * f_.dot(f0_ + f1_);
-    if (alpha != 0) work_.external -= k * f_.dot(f1_ - f0_ - load_change_);
+    work_.external += 0.5 * d_.dot(f0_ + f1_);
+    if (alpha != 0) work_.external -= k * d_.dot(f1_ - f0_ - load_change_);
   }
   if (alpha != 0) {
-    work_.numerical += k * (omega2 * f_.array() * (f_ - move_).array()).sum() -
+    work_.numerical += k * (omega2 * d_.array() * (d_ - move_).array()).sum() -
                        quarter * h_ * (0.5 * (e_ - a_).dot(e_ + a_) - alpha * (e_ - a_).squaredNorm());
+    if (kicked_) work_.numerical -= quarter * kick_.dot(e_ - a_);
     load_change_ = f1_ - f0_;
-    move_.swap(f_);
+    move_.swap(d_);
   }
   a_.swap(e_);
   f0_.swap(f1_);

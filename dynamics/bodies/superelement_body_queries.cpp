@@ -13,11 +13,11 @@ namespace cbr {
 
 NodeResponse SuperelementBody::response(Index set, double h) const {
   const NodeSet& s = sets_[set];
-  // S = V_c diag(w) V_c^T   (3m x 3m), w = sin(omega h)/omega, h, or h/(1 + theta omega^2). Positive weights (exact: below omega h
-  // = pi) are half the work.
+  // S = V_c diag(w) V_c^T   (3m x 3m), w = sin(omega h)/omega, h, or h/2 / (1 + theta omega^2). Positive weights (exact: below
+  // omega h = pi) are half the work.
   Vector weight = Vector::Constant(form_->omega.size(), h);
   if (is_exact()) weight = propagator(h).s;
-  if (scheme_ == Scheme::newmark) weight = newmark_weight(h);
+  if (scheme_ == Scheme::newmark) weight = 0.5 * newmark_weight(h);
   NodeResponse response;
   const Index m = s.Vt.cols();
   if (weight.size() == 0) {  // every dof is held

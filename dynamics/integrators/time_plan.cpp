@@ -74,6 +74,29 @@ void require_springs(const TimeOptions& options, double h, const std::vector<std
   }
 }
 
+// Smallest 2 / highest frequency, whatever moves the bodies.
+Limit frequency_limit(const std::vector<std::unique_ptr<Body>>& bodies) {
+  Limit limit;
+  for (const auto& body : bodies) {
+    const double omega = body->largest_frequency();
+    if (omega > 0 && (!limit.body || 2 / omega < limit.h)) limit = {2 / omega, 2 / omega, body.get()};
+  }
+  return limit;
+}
+
+TimePlan plan_newmark(const TimeOptions& options, double every, const std::vector<std::unique_ptr<Body>>& bodies) {
+  const Limit critical = frequency_limit(bodies);
+  // With nothing that swings there is no critical step to take a multiple of
+  const double h = options.step ? *options.step : options.cfl ? *options.cfl * critical.h : 0;
+  require_countable(options, h > 0 || every > 0 ? h : options.end / 1000, every);
+  TimePlan plan = fit_steps(h, every, options.end);
+  if (options.step) plan.limit = "time.step";
+  if (!options.step && h > 0) plan.limit = "time.step, a multiple of the critical step of '" + critical.body->name() + "'";
+  plan.newmark_alpha = options.alpha;
+  plan.critical = critical.h;
+  return plan;
+}
+
 }  // namespace
 
 double TimePlan::time(Index step) const {
@@ -109,12 +132,15 @@ TimePlan fit_steps(double h_max, double every, double end) {
 }
 
 double critical_step(const Body& body, bool in_contact) {
+  if (body.scheme() == Scheme::newmark) return 0;
   const double omega = body.largest_frequency();
   return omega > 0 && (in_contact || !body.is_exact()) ? 2 / omega : 0;
 }
 
 TimePlan plan_time(const TimeOptions& options, double every, const std::vector<std::unique_ptr<Body>>& bodies,
                    const std::vector<ContactKind>& contact) {
+  const bool newmark = std::any_of(bodies.begin(), bodies.end(), [](const auto& b) { return b->scheme() == Scheme::newmark; });
+  if (newmark) return plan_newmark(options, every, bodies);
   const Limit critical = smallest(bodies, contact, [](const Body&, ContactKind) { return 1.0; });
   const Limit limit = options.cfl ? smallest(bodies, contact, [&](const Body&, ContactKind) { return *options.cfl; })
                                   : smallest(bodies, contact, automatic);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <sstream>
 
@@ -53,9 +54,19 @@ void step_lines(const BuiltScene& built, const RunResult& result, Report& report
   line << "steps: " << plan.n_steps() << " of " << plan.h << " s";
   if (result.jumps > 0)
     line << ", " << result.steps << " of them computed (the others were skipped: exact motion, no contact near)";
-  if (!plan.limit.empty()) line << "; step limited by " << plan.limit;
+  if (plan.newmark_alpha) {
+    line.precision(3);
+    line << "; newmark, alpha " << *plan.newmark_alpha;
+    if (plan.critical > 0) line << ", " << plan.h / plan.critical << " times the critical step of central differences";
+    if (!plan.limit.empty()) line << " (set by " << plan.limit << ")";
+  } else if (!plan.limit.empty()) {
+    line << "; step limited by " << plan.limit;
+  }
   report.line(line.str());
 }
+
+// "1 step", "2 steps"
+std::string counted(Index n, const std::string& noun) { return std::to_string(n) + " " + noun + (n == 1 ? "" : "s"); }
 
 // 0 where it is round-off.
 double initial_overlap(const ContactPair& pair) {
@@ -67,10 +78,11 @@ double initial_gap(const ContactPair& pair) { return std::min(pair.memory.initia
 std::string contact_line(const ContactPair& pair) {
   std::ostringstream line;
   line.precision(3);
-  line << "contact " << pair.name << ": " << pair.slave.nodes.size() << " slave nodes of " << pair.slave.name;
+  line << "contact " << pair.name << ": " << counted(static_cast<Index>(pair.slave.nodes.size()), "slave node") << " of "
+       << pair.slave.name;
   if (pair.law.law == ContactLaw::tied)
-    line << ", " << pair.ties.points.size() << " points tied, largest offset " << pair.tie_report.largest_offset << ", "
-         << pair.tie_report.without_partner << " nodes left free";
+    line << ", " << counted(static_cast<Index>(pair.ties.points.size()), "point") << " tied, largest offset "
+         << pair.tie_report.largest_offset << ", " << counted(pair.tie_report.without_partner, "node") << " left free";
   line << ", " << word_of(formulation_words, pair.formulation) << ", " << word_of(enforcement_words, pair.enforcement);
   if (pair.law.law == ContactLaw::coulomb) line << ", friction " << pair.law.friction;
   if (pair.damping > 0) line << ", damping " << pair.damping;
@@ -81,7 +93,7 @@ std::string contact_line(const ContactPair& pair) {
   // Surfaces that touch or overlap somewhere have no gap, however far their other nodes are.
   if (initial_overlap(pair) == 0 && initial_gap(pair) > 0 && std::isfinite(initial_gap(pair)))
     line << "; initial gap " << initial_gap(pair);
-  if (pair.n_fallbacks > 0) line << "; active set fell back in " << pair.n_fallbacks << " steps";
+  if (pair.n_fallbacks > 0) line << "; Newton's method needed help in " << counted(pair.n_fallbacks, "step");
   return line.str();
 }
 
@@ -112,7 +124,44 @@ void contact_lines(const BuiltScene& built, Report& report) {
     }
     contact_warnings(pair, report);
   }
-  if (n_apart > 0) report.line("contact: " + std::to_string(n_apart) + " more pairs that never met");
+  if (n_apart > 0) report.line("contact: " + counted(n_apart, "more pair") + " that never met");
+}
+
+// Energy that round-off brings: gaps are closed to the last digits of positions, some eps of the reach in a step h, and so are
+// velocities to some eps of reach / h. That times the mass, squared, half of it.
+double round_off_energy(const BuiltScene& built) {
+  double reach = 0, mass = 0;
+  for (const auto& body : built.simulation.bodies) reach = std::max(reach, body->reference_positions().cwiseAbs().maxCoeff());
+  for (const auto& instance : built.instances) mass += instance.mass;
+  const double speed = 64 * std::numeric_limits<double>::epsilon() * reach / built.simulation.plan.h;
+  return 0.5 * mass * speed * speed;
+}
+
+// What contact has given beyond what it had taken, where that is an error.
+void energy_warning(const BuiltScene& built, const RunResult& result, Report& report) {
+  // Frictionless contact can take energy, and give back what it took, but bring none.
+  // While nodes are held, they swing between the ends of exact steps, which counts as energy until they are let go.
+  double brought = result.work_contact.back();
+  for (std::size_t i = 0; i < result.time.size(); ++i)
+    if (result.active[i] == 0) brought = std::max(brought, result.work_contact[i]);
+  const double scale = std::max(*std::max_element(result.total.begin(), result.total.end()), std::abs(result.work_external.back()));
+  if (!(brought > std::max(0.01 * scale, round_off_energy(built)))) return;
+  std::ostringstream warning;
+  warning.precision(3);
+  warning << "contact brought energy: up to " << brought << " of " << scale
+          << ": nodes were pushed out of faces that they were deep in, so look at the surfaces, or take a smaller step";
+  report.warning(warning.str());
+}
+
+// ", of numerical damping -0.1 (2 %)", the share being of the largest energy or work of loads
+std::string numerical_loss(const RunResult& result) {
+  double scale = std::abs(result.work_external.back());
+  for (const double total : result.total) scale = std::max(scale, total);
+  std::ostringstream text;
+  text.precision(3);
+  text << ", of numerical damping " << result.work_numerical.back();
+  if (scale > 0) text << " (" << 100 * std::abs(result.work_numerical.back()) / scale << " %)";
+  return text.str();
 }
 
 }  // namespace
@@ -144,25 +193,18 @@ void summarise(const BuiltScene& built, const RunResult& result, Report& report)
   std::ostringstream line;
   line.precision(3);
   line << "balance: energy " << b.energy << ", work of loads " << result.work_external.back() << ", of contact "
-       << result.work_contact.back() << ", total energy " << result.total.front() << " -> " << result.total.back();
+       << result.work_contact.back();
+  if (built.simulation.plan.newmark_alpha.value_or(0) != 0) line << numerical_loss(result);
+  line << ", total energy " << result.total.front() << " -> " << result.total.back();
   if (built.momentum_is_kept) line << "; drift of momentum " << b.momentum << ", of angular momentum " << b.angular_momentum;
   report.line(line.str());
   contact_lines(built, report);
   for (const std::string& note : built.notes) report.line("note: " + note);
-  if (!(b.energy <= 1e-8)) report.warning("the energy balance does not close: the step may be above the critical one");
-  // Frictionless contact can take energy, and give back what it took, but bring none.
-  // While nodes are held, they swing between the ends of exact steps, which counts as energy until they are let go.
-  double brought = result.work_contact.back();
-  for (std::size_t i = 0; i < result.time.size(); ++i)
-    if (result.active[i] == 0) brought = std::max(brought, result.work_contact[i]);
-  const double scale = std::max(*std::max_element(result.total.begin(), result.total.end()), std::abs(result.work_external.back()));
-  if (brought > 0.01 * scale) {
-    std::ostringstream warning;
-    warning.precision(3);
-    warning << "contact brought energy: up to " << brought << " of " << scale
-            << ": nodes were pushed out of faces that they were deep in, so look at the surfaces, or take a smaller step";
-    report.warning(warning.str());
-  }
+  if (!(b.energy <= 1e-8))
+    report.warning(built.simulation.plan.newmark_alpha
+                       ? "the energy balance does not close"
+                       : "the energy balance does not close: the step may be above the critical one");
+  energy_warning(built, result, report);
   const double degrees = result.largest_rotation * 180 / std::numbers::pi;
   if (degrees > 5) {
     std::ostringstream warning;

@@ -73,6 +73,39 @@ TEST(TimePlan, AutomaticStepsAndTheCriticalOne) {
   }
 }
 
+TEST(TimePlan, NewmarkTakesAnyStep) {
+  test::Part part;
+  part.scheme = Scheme::newmark;
+  Geometry geometry;
+  std::vector<std::unique_ptr<Body>> bodies;
+  bodies.push_back(test::make_body("body", part, geometry));
+  part.material.youngs_modulus *= 4;  // twice the frequencies
+  bodies.push_back(test::make_body("stiff", part, geometry));
+  const double critical = 2 / bodies[1]->largest_frequency();
+  const std::vector<ContactKind> hard(2, ContactKind::hard);
+  TimeOptions options;
+  options.end = 1000 * critical;
+  options.alpha = -0.1;
+  EXPECT_EQ(critical_step(*bodies[1], true), 0);
+  EXPECT_NEAR(plan_time(options, 0, bodies, hard).h, critical, 1e-9 * critical);  // auto: a thousandth of the end
+  EXPECT_NEAR(plan_time(options, 40 * critical, bodies, hard).h, 40 * critical, 1e-9 * critical);
+  for (const double x : {0.01, 0.5, 10.0, 100.0}) {
+    options.cfl = x;
+    const TimePlan plan = plan_time(options, 0, bodies, hard);
+    EXPECT_NEAR(plan.h, x * critical, 1e-9 * critical);
+    EXPECT_NEAR(plan.critical, critical, 1e-12 * critical);
+    EXPECT_EQ(plan.newmark_alpha, -0.1);
+    EXPECT_NE(plan.limit.find("stiff"), std::string::npos);
+  }
+  options.cfl = 10;
+  EXPECT_NEAR(plan_time(options, 25 * critical, bodies, hard).h, 25.0 / 3 * critical, 1e-9 * critical);  // fits the outputs
+  options.cfl.reset();
+  options.step = 123 * critical;
+  EXPECT_NEAR(plan_time(options, 0, bodies, hard).h, 1000.0 / 9 * critical, 1e-9 * critical);
+  options.step = 1e-30;
+  EXPECT_THROW(plan_time(options, 0, bodies, hard), InputError);
+}
+
 TEST(TimePlan, StepsThatCannotBeCountedAreRefused) {
   TimeOptions options;
   options.end = 1;
