@@ -41,20 +41,20 @@ FiniteElementModel number_nodes(const Mesh& mesh) {
 // Volume elements by their nodes (rows of the model), one after the other.
 struct Elements {
   std::vector<std::vector<Index>> nodes;
-  std::vector<double> modes_below_cutoff;  // Weyl's law for each one's volume; empty without a cutoff
+  std::vector<double> modes_per_hz3;  // Weyl's law: those of each one's volume below f are this times f^3; empty without a cutoff
 };
 
-// N(omega) = V omega^3 / (6 pi^2) (1 / c_p^3 + 2 / c_s^3): modes of an elastic body of volume V below omega, to leading order.
-double weyl_density(const Material& m, double frequency_hz) {
-  const double omega = 2 * std::numbers::pi * frequency_hz;
+// N = V omega^3 / (6 pi^2) (1 / c_p^3 + 2 / c_s^3): modes of an elastic body of volume V below omega, to leading order. Of V = 1
+// and 1 Hz.
+double weyl_density(const Material& m) {
   const double shear = m.youngs_modulus / (2 * (1 + m.poissons_ratio));
   const double c_s = std::sqrt(shear / m.density);
   const double c_p = c_s * std::sqrt((2 - 2 * m.poissons_ratio) / (1 - 2 * m.poissons_ratio));
-  return std::pow(omega, 3) / (6 * std::numbers::pi * std::numbers::pi) * (1 / std::pow(c_p, 3) + 2 / std::pow(c_s, 3));
+  return 4 * std::numbers::pi / 3 * (1 / std::pow(c_p, 3) + 2 / std::pow(c_s, 3));
 }
 
 Elements volume_elements(const Mesh& mesh, const FiniteElementModel& model, const std::vector<BlockProperties>& properties,
-                         const std::optional<double>& cutoff_hz) {
+                         bool with_modes) {
   Elements elements;
   for (std::size_t b = 0; b < mesh.blocks.size(); ++b) {
     const Block& block = mesh.blocks[b];
@@ -62,11 +62,11 @@ Elements volume_elements(const Mesh& mesh, const FiniteElementModel& model, cons
     for (Index e = 0; e < block.connectivity.rows(); ++e) {
       auto& nodes = elements.nodes.emplace_back();
       for (const Index node : block.connectivity.row(e)) nodes.push_back(model.row[static_cast<std::size_t>(node)]);
-      if (!cutoff_hz) continue;
+      if (!with_modes) continue;
       Points X(block.connectivity.cols(), 3);
       for (Index i = 0; i < X.rows(); ++i) X.row(i) = mesh.coordinates.row(block.connectivity(e, i));
       const double volume = element_lumped_mass(block.type, X, 1).sum();
-      elements.modes_below_cutoff.push_back(volume * weyl_density(properties[b].material, *cutoff_hz));
+      elements.modes_per_hz3.push_back(volume * weyl_density(properties[b].material));
     }
   }
   return elements;
@@ -156,9 +156,10 @@ std::vector<std::vector<Index>> domains_of_nodes(const Elements& elements, const
 }
 
 Index modes_of_domain(const Elements& elements, const std::vector<Index>& list, const ReductionOptions& options, Index n_interior) {
-  if (options.modes) return *options.modes;
+  if (options.modes) return std::min(*options.modes, n_interior);  // a domain keeps all when it has fewer
   double modes = 0;
-  for (const Index e : list) modes += elements.modes_below_cutoff[static_cast<std::size_t>(e)];
+  for (const Index e : list) modes += elements.modes_per_hz3[static_cast<std::size_t>(e)];
+  modes *= std::pow(*options.cutoff_hz, 3);
   return static_cast<Index>(std::min(std::round(modes), static_cast<double>(n_interior)));
 }
 
@@ -177,6 +178,7 @@ DomainEstimate domain_estimate(const Elements& elements, const std::vector<Index
     if (!kept[i]) interior[i] = n_interior++;
   }
   d.n_interface_nodes = d.n_nodes - n_interior;
+  d.n_interior_dofs = 3 * n_interior;
   d.n_modes = modes_of_domain(elements, list, options, 3 * n_interior);
   d.n_candidates = n_mode_candidates(options.pick, d.n_modes, 3 * n_interior);
   d.mesh_nonzeros = nonzeros_of(node_graph(elements, list, all, d.n_nodes));
@@ -184,6 +186,23 @@ DomainEstimate domain_estimate(const Elements& elements, const std::vector<Index
   d.factor_nonzeros = factor.n_nonzeros;
   d.factor_flops = factor.flops;
   return d;
+}
+
+DomainEstimate second_estimate(const Elements& elements, const std::map<std::vector<Index>, Index>& interior_by_domains,
+                               const ReductionOptions& options, const Estimate& e) {
+  DomainEstimate second;
+  second.n_interface_nodes = e.n_interface_nodes;
+  second.n_interior_dofs = static_cast<Index>(e.n_joined()) - 3 * e.n_interface_nodes;
+  ReductionOptions again = options;
+  again.modes = options.second_modes;
+  again.cutoff_hz = options.second_cutoff_hz;
+  std::vector<Index> all(elements.nodes.size());
+  std::iota(all.begin(), all.end(), Index{0});
+  second.n_modes = second.n_candidates = modes_of_domain(elements, all, again, second.n_interior_dofs);
+  const FactorCost factor = joined_factor_cost(interior_by_domains);
+  second.factor_nonzeros = factor.n_nonzeros + e.total(&DomainEstimate::k);
+  second.factor_flops = factor.flops;
+  return second;
 }
 
 bool is_cube_of_hexes(const Mesh& mesh, const Estimate& estimate) {
@@ -249,7 +268,7 @@ Estimate estimate(const Mesh& mesh, const std::vector<BlockProperties>& properti
   const FiniteElementModel model = number_nodes(mesh);
   const std::vector<Index> interface = interface_nodes(mesh, model, options.interface_sets);
   check_options(mesh, model, interface, options);
-  const Elements elements = volume_elements(mesh, model, properties, options.modes ? std::nullopt : options.cutoff_hz);
+  const Elements elements = volume_elements(mesh, model, properties, !options.modes || options.second_cutoff_hz);
   const auto in = domains_of_nodes(elements, domain, model.nodes.size());
 
   Estimate result;
@@ -257,11 +276,11 @@ Estimate estimate(const Mesh& mesh, const std::vector<BlockProperties>& properti
   result.n_nodes = static_cast<Index>(model.nodes.size());
   result.is_cube_of_hexes = is_cube_of_hexes(mesh, result);
   result.n_interface_nodes = static_cast<Index>(interface.size());
-  result.modes_are_estimated = !options.modes;
   std::vector<bool> kept(model.nodes.size(), false);
   for (const Index i : interface) kept[static_cast<std::size_t>(i)] = true;
-  std::map<std::vector<Index>, Index> joined;
+  std::map<std::vector<Index>, Index> joined, joined_interior;
   for (std::size_t i = 0; i < kept.size(); ++i) {
+    if (in[i].size() > 1 && !kept[i]) ++joined_interior[in[i]];
     if (in[i].size() > 1) kept[i] = true;
     if (kept[i]) ++joined[in[i]], ++result.n_joined_nodes;
   }
@@ -277,7 +296,14 @@ Estimate estimate(const Mesh& mesh, const std::vector<BlockProperties>& properti
   const FactorCost joined_factor = joined_factor_cost(joined);
   result.joined_factor_nonzeros = joined_factor.n_nonzeros;
   result.joined_factor_flops = joined_factor.flops;
-  result.has_diagonal_form = result.n_joined() <= static_cast<double>(diagonal_limit);
+  if (options.has_second_reduction()) {
+    result.second = second_estimate(elements, joined_interior, options, result);
+    const double c = result.second->c();
+    result.joined_factor_nonzeros = c * (c + 1) / 2;
+    result.joined_factor_flops = c * (c + 1) * (2 * c + 1) / 6;
+  }
+  result.modes_are_estimated = !options.modes || options.second_cutoff_hz;
+  result.has_diagonal_form = result.n_final() <= static_cast<double>(diagonal_limit);
   return result;
 }
 

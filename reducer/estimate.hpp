@@ -3,6 +3,7 @@
 #pragma once
 
 #include <iosfwd>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -38,11 +39,12 @@ CubeFormulas equivalent_cube(Index n_nodes, Index n_domains);
 
 struct DomainEstimate {
   Index n_elements = 0, n_nodes = 0, n_interface_nodes = 0;
-  Index n_modes = 0, n_candidates = 0;           // kept, and computed for that
+  Index n_modes = 0, n_candidates = 0;  // kept, and computed for that
+  Index n_interior_dofs = 0;
   double mesh_nonzeros = 0;                      // of the domain's own K, both triangles
   double factor_nonzeros = 0, factor_flops = 0;  // of K_II
 
-  double n_interior() const { return 3 * static_cast<double>(n_nodes - n_interface_nodes); }
+  double n_interior() const { return static_cast<double>(n_interior_dofs); }
   double c() const { return 3 * static_cast<double>(n_interface_nodes); }
   double k() const { return static_cast<double>(n_modes); }
   double block_nonzeros() const { return 2 * c() * c() + k() * c() + k(); }  // K_cc, M_cc, M_kc, eigenvalues: what the file holds
@@ -60,11 +62,17 @@ struct Estimate {
   bool has_diagonal_form = false;
   bool modes_are_estimated = false;  // by Weyl's law, from a cutoff
 
+  // The joined domains reduced again: its interior are the domains' modes and the dofs that the component does not keep.
+  std::optional<DomainEstimate> second;
+
   double total(double (DomainEstimate::*figure)() const) const;
   double largest(double (DomainEstimate::*figure)() const) const;
   double n_joined() const { return total(&DomainEstimate::k) + 3 * static_cast<double>(n_joined_nodes); }  // coordinates
-  double diagonal_nonzeros() const { return has_diagonal_form ? n_joined() * (n_joined() + 1) : 0; }       // omega and V
-  double file_nonzeros() const { return total(&DomainEstimate::block_nonzeros) + diagonal_nonzeros(); }
+  double n_final() const { return second ? second->k() + second->c() : n_joined(); }                       // of what the file holds
+  double diagonal_nonzeros() const { return has_diagonal_form ? n_final() * (n_final() + 1) : 0; }         // omega and V
+  double file_nonzeros() const {
+    return (second ? second->block_nonzeros() : total(&DomainEstimate::block_nonzeros)) + diagonal_nonzeros();
+  }
 };
 
 // `domain`: per volume element, in the order of the mesh's blocks, the number of its domain from 0. InputErrors as of a reduction:
@@ -73,8 +81,8 @@ Estimate estimate(const Mesh& mesh, const std::vector<BlockProperties>& properti
                   const std::vector<Index>& domain, Index diagonal_limit);
 
 struct PredictedTimes {
-  double factorisation = 0, modes = 0, condensation = 0, diagonal_form = 0;  // s
-  double reduction() const { return factorisation + modes + condensation + diagonal_form; }
+  double factorisation = 0, modes = 0, condensation = 0, second = 0, diagonal_form = 0;  // s
+  double reduction() const { return factorisation + modes + condensation + second + diagonal_form; }
   // Bytes that one step reads, and the time of it at the bandwidth.
   struct Step {
     double bytes = 0, seconds = 0;

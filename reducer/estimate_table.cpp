@@ -109,12 +109,13 @@ std::vector<Row> sizes(const Estimate& e, double memory) {
       {e.modes_are_estimated ? "modes (Weyl's law: only the reduction counts them)" : "modes",
        number(e.largest(&DomainEstimate::k)), number(e.total(&DomainEstimate::k))},
       {"coordinates when joined", "", number(e.n_joined())},
+      {"coordinates after the second reduction", "", e.second ? number(e.n_final()) : "none asked for"},
       all("non-zeros of K_cc, M_cc, M_kc, K_kk", e.largest(&DomainEstimate::block_nonzeros),
           e.total(&DomainEstimate::block_nonzeros)),
       {"non-zeros of the diagonal form", "", e.has_diagonal_form ? number(e.diagonal_nonzeros()) : "not stored"},
       all("non-zeros of the factor of K_II", L, total_L),
       all("flops of that factorisation", flops, total_flops),
-      {"non-zeros of the factor of the joined interface", "", number(e.joined_factor_nonzeros)},
+      {"non-zeros of the factor that a step solves with", "", number(e.joined_factor_nonzeros)},
       {"superelement file", "", human_bytes(8 * e.file_nonzeros())},
       {"memory to reduce, about", "", human_bytes(reduction_memory(e, memory))},
   };
@@ -129,12 +130,13 @@ std::vector<Row> times(const Estimate& e, const PredictedTimes& t) {
       {"reduction: factorisation", "", measure(t.factorisation, "s")},
       {"reduction: modes", "", measure(t.modes, "s")},
       {"reduction: condensation", "", measure(t.condensation, "s")},
+      {"reduction: second one", "", e.second ? measure(t.second, "s") : "none"},
       {"reduction: diagonal form", "", e.has_diagonal_form ? measure(t.diagonal_form, "s") : "not made"},
       {"reduction in all, without assembly and files", "", measure(t.reduction(), "s")},
       of_step("step, exact, nothing near (diagonal form)", t.exact),
       of_step("step, exact, whole interface looked at for contact", t.exact_in_contact),
-      of_step("step, central-difference, of the joined domains", t.central_difference),
-      of_step("step, newmark, of the joined domains", t.newmark),
+      of_step("step, central-difference, of what is stored", t.central_difference),
+      of_step("step, newmark, of what is stored", t.newmark),
       of_step("step, central-difference, of the full mesh instead", t.mesh),
   };
   return rows;
@@ -157,7 +159,7 @@ void print_estimate(const Estimate& e, const MachineRates& rates, double memory,
   print_rows(1, times(e, predicted_times(e, rates, memory)), out);
   out << "Rates measured now, with " << rates.threads << (rates.threads == 1 ? " thread" : " threads") << ": products "
       << measure(1e-9 * rates.flops, "GFlop/s") << ", reading " << measure(1e-9 * rates.bandwidth, "GB/s")
-      << ". One domain is reduced after another.\n\n";
+      << ". Domains share the threads.\n\n";
 }
 
 }  // namespace cbr

@@ -37,18 +37,33 @@ double condensation_seconds(const DomainEstimate& d, double memory, double flops
   return 2 * solves / (solve_rate * flops) + products / (product_rate * flops);
 }
 
+// Dense but for the elimination of the interior: its K is sparse by dense blocks, its M as well.
+double second_seconds(const DomainEstimate& d, double flops) {
+  const double n = d.n_interior(), c = d.c(), k = d.k();
+  const double condensation =
+      (4 * d.factor_nonzeros * c + 2 * n * k * c) / (solve_rate * flops) + n * c * c / (product_rate * flops);
+  const double modes = 4 * solves_per_mode * k * d.factor_nonzeros / (solve_rate * flops) + orthonormalise * n * k * k / flops;
+  return d.factor_flops / (factor_rate * flops) + condensation + std::min(modes, dense_general * n * n * n / flops);
+}
+
+// Entries of K_cc, and of M_kc twice.
+double step_entries(const DomainEstimate& d) { return d.c() * d.c() + 2 * d.k() * d.c(); }
+
 }  // namespace
 
 PredictedTimes predicted_times(const Estimate& estimate, const MachineRates& rates, double memory) {
   PredictedTimes t;
-  double blocks = 0;  // entries of K_cc, and of M_kc twice
+  double blocks = 0;
   for (const auto& d : estimate.domains) {
     t.factorisation += d.factor_flops / (factor_rate * rates.flops);
     t.modes += modes_seconds(d, rates.flops);
     t.condensation += condensation_seconds(d, memory, rates.flops);
-    blocks += d.c() * d.c() + 2 * d.k() * d.c();
+    blocks += step_entries(d);
   }
-  const double n = estimate.n_joined(), c = 3 * static_cast<double>(estimate.n_joined_nodes);
+  if (estimate.second) blocks = step_entries(*estimate.second);
+  if (estimate.second) t.second = second_seconds(*estimate.second, rates.flops);
+  const double n = estimate.n_final(),
+               c = 3 * static_cast<double>(estimate.second ? estimate.n_interface_nodes : estimate.n_joined_nodes);
   if (estimate.has_diagonal_form) t.diagonal_form = dense_general * n * n * n / rates.flops;
   const auto step = [&](double bytes) { return PredictedTimes::Step{bytes, bytes / rates.bandwidth}; };
   t.exact = step(8 * 8 * n);
@@ -69,7 +84,8 @@ double reduction_memory(const Estimate& estimate, double memory) {
     const double modes = 2 * 8 * d.n_interior() * d.k() * 2;  // the Lanczos basis of about 2 k vectors, and Phi twice
     most = std::max(most, matrices + 8 * d.factor_nonzeros + std::max(Psi + modes, 2 * modes));
   }
-  const double n = estimate.n_joined();
+  const double n = estimate.n_final();
+  if (estimate.second) results += 8 * (2 * estimate.second->n_interior() * estimate.second->c() + estimate.second->factor_nonzeros);
   return results + std::max(most, estimate.has_diagonal_form ? 4 * 8 * n * n : 0.0);
 }
 
