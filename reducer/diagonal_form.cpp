@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "common/error.hpp"
 #include "common/linalg/eigenpairs.hpp"
@@ -20,6 +21,41 @@ Matrix times_mass(const Superelement& s, const Matrix& X) {
   Y.topRows(s.k()) = X_k + s.M_kc * X_c;
   Y.bottomRows(s.c()) = s.M_kc.transpose() * X_k + s.M_cc * X_c;
   return Y;
+}
+
+// K^ V = M^ V diag(lambda), V^T M^ V = I. With L L^T = M_cc - M_kc^T M_kc and B = M_kc L^-T, q = T z,
+//   T = [I  -B  ]    T^T M^ T = I    A = T^T K^ T = [ Lambda      -Lambda B                   ]
+//       [0  L^-T],                                  [ -B^T Lambda  B^T Lambda B + L^-1 K_cc L^-T ],
+// so nothing of the size n^3 is spent on making the problem a standard one, and neither K^ nor M^ is formed.
+Eigenpairs reduced_eigenpairs(const Superelement& s) {
+  const Index k = s.k(), c = s.c(), n = s.n();
+  Matrix L = s.M_cc;
+  if (k > 0) L.noalias() -= s.M_kc.transpose() * s.M_kc;
+  const Eigen::LLT<Eigen::Ref<Matrix>> cholesky(L);  // in place
+  if (cholesky.info() != Eigen::Success) return {};
+  // B = M_kc L^-T   (k x c)
+  Matrix B = s.M_kc;
+  if (k > 0 && c > 0) cholesky.matrixU().solveInPlace<Eigen::OnTheRight>(B);
+  Matrix A(n, n);  // lower triangle
+  A.topLeftCorner(k, k).setZero();
+  A.diagonal().head(k) = s.eigenvalues;
+  if (c > 0) {
+    // L^-1 K_cc L^-T + B^T Lambda B   (c x c)
+    Matrix D = s.K_cc;
+    cholesky.matrixL().solveInPlace(D);
+    cholesky.matrixU().solveInPlace<Eigen::OnTheRight>(D);
+    A.bottomLeftCorner(c, k).noalias() = -(B.transpose() * s.eigenvalues.asDiagonal());
+    if (k > 0) D.noalias() -= A.bottomLeftCorner(c, k) * B;
+    A.bottomRightCorner(c, c) = D;
+  }
+  Eigenpairs pairs = dense_eigenpairs(std::move(A), n);
+  if (!pairs.converged || c == 0) return pairs;
+  // V = T Z: V_c = L^-T Z_c, V_k = Z_k - M_kc V_c   (n x n)
+  auto V_c = pairs.Phi.bottomRows(c);
+  cholesky.matrixU().solveInPlace(V_c);
+  if (k > 0) pairs.Phi.topRows(k).noalias() -= s.M_kc * V_c;
+  fix_signs(pairs.Phi);
+  return pairs;
 }
 
 // R <- R L^-T with R^T M^ R = L L^T; twice, as the first pass leaves cond(R) times round-off.
@@ -68,7 +104,7 @@ Matrix rigid_motions_of_parts(const Superelement& s, const std::vector<Index>& p
 
 void add_diagonal_form(Superelement& s, const std::vector<Index>& part) {
   const Index n = s.n();
-  Eigenpairs pairs = dense_eigenpairs(reduced_stiffness(s), reduced_mass(s), n);
+  Eigenpairs pairs = reduced_eigenpairs(s);
   if (!pairs.converged) {
     throw RunError(
         "the reduced mass matrix is not positive definite, so there is no diagonal form: keep fewer modes, or write "

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "common/error.hpp"
 #include "common/linalg/eigenpairs.hpp"
@@ -44,10 +45,10 @@ Index n_missed(const Partition& p, const Vector& lambda) {
 }
 
 FixedInterfaceModes dense_modes(const Partition& p, Index k) {
-  const Eigenpairs pairs = p.lumped ? dense_eigenpairs(Matrix(p.K_II), Vector(p.M_II.diagonal()), k)
-                                    : dense_eigenpairs(Matrix(p.K_II), Matrix(p.M_II), k);
+  Eigenpairs pairs = p.lumped ? dense_eigenpairs(Matrix(p.K_II), Vector(p.M_II.diagonal()), k)
+                              : dense_eigenpairs(Matrix(p.K_II), Matrix(p.M_II), k);
   if (!pairs.converged) throw RunError("the dense eigensolver failed on the fixed-interface modes");
-  return {pairs.lambda, pairs.Phi, pairs.method, true};
+  return {std::move(pairs.lambda), std::move(pairs.Phi), pairs.method, true};
 }
 
 FixedInterfaceModes sparse_modes(const Partition& p, const SparseCholesky& factor, Index k, Report& report) {

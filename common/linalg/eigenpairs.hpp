@@ -30,7 +30,8 @@ Eigenpairs sparse_eigenpairs(const SparseMatrix& K, const SparseMatrix& M, const
 // LAPACK on the dense generalised problem A x = lambda B x (n x n, symmetric, lower triangles read, B positive definite): the
 // first k pairs (k = n: all). A and B are overwritten. converged is false when B is not positive definite or LAPACK gave up.
 Eigenpairs dense_eigenpairs(Matrix A, Matrix B, Index k);
-// The same with diagonal B (n, > 0), by scaling.
+// The same with B = I, and with diagonal B (n, > 0), by scaling.
+Eigenpairs dense_eigenpairs(Matrix A, Index k);
 Eigenpairs dense_eigenpairs(Matrix A, const Vector& B, Index k);
 
 // Columns of Phi get the sign that makes the first of their largest entries positive.
