@@ -3,16 +3,12 @@
 
 #include <algorithm>
 #include <cassert>
-#include <cmath>
-#include <vector>
 
 #include "common/linalg/eigenpairs.hpp"
 
 namespace cbr {
 namespace {
 
-// What dstemr's vectors may be off by for one Newton-Schulz step to make them orthonormal: its square is round-off.
-constexpr double nearly_orthonormal = 1e-8;
 // Reflectors applied at a time: LAPACK's own dormtr takes 32, which leaves the products to memory bandwidth.
 constexpr Index reflector_block = 128;
 
@@ -22,37 +18,13 @@ struct Tridiagonal {
 
 lapack_int as_int(Index n) { return static_cast<lapack_int>(n); }
 
-// All pairs by divide and conquer; Z n x n.
+// All pairs by divide and conquer; Z n x n. Why not the first few by dstemr: docs/decisions/dense-eigenpairs.md.
 bool divide_and_conquer(Tridiagonal T, Vector& lambda, Matrix& Z) {
   const Index n = T.d.size();
   Z.resize(n, n);
   const auto info = LAPACKE_dstedc(LAPACK_COL_MAJOR, 'I', as_int(n), T.d.data(), T.e.data(), Z.data(), as_int(n));
   lambda = T.d;
   return info == 0;
-}
-
-// The first k pairs by multiple relatively robust representations: O(n k) and no n x n workspace, where divide and conquer takes
-// O(n^3) and two. Its vectors are orthonormal to about 1e-11 at n = 10000; one Newton-Schulz step makes that round-off.
-bool relatively_robust(Tridiagonal T, Index k, Vector& lambda, Matrix& Z) {
-  const Index n = T.d.size();
-  Z.resize(n, k);
-  lambda.resize(n);
-  std::vector<lapack_int> support(static_cast<std::size_t>(2 * std::max<Index>(1, k)));
-  lapack_int found = 0;
-  lapack_logical high_accuracy = 1;
-  const auto info = LAPACKE_dstemr(LAPACK_COL_MAJOR, 'V', 'I', as_int(n), T.d.data(), T.e.data(), 0, 0, 1, as_int(k), &found,
-                                   lambda.data(), Z.data(), as_int(n), as_int(k), support.data(), &high_accuracy);
-  if (info != 0 || found != as_int(k)) return false;
-  lambda.conservativeResize(k);
-  // Z <- Z (3 I - Z^T Z) / 2   (n x k), in rows so that no second Z is needed
-  Matrix S = -0.5 * (Z.transpose() * Z);
-  if ((2 * S + Matrix::Identity(k, k)).cwiseAbs().maxCoeff() > nearly_orthonormal) return false;
-  S.diagonal().array() += 1.5;
-  for (Index row = 0; row < n; row += 1024) {
-    auto rows = Z.middleRows(row, std::min<Index>(1024, n - row));
-    rows = Matrix(rows * S);
-  }
-  return true;
 }
 
 // Z <- Q Z with Q of dsytrd, H_1 ... H_(n-1): reflector j has its unit entry in row j + 1 and the rest in column j of A below.
@@ -85,9 +57,8 @@ Eigenpairs standard_eigenpairs(Matrix& A, Index k) {
   if (k == 0) return pairs;
   Tridiagonal T{Vector(n), Vector::Zero(n), Vector::Zero(n)};
   bool ok = LAPACKE_dsytrd(LAPACK_COL_MAJOR, 'L', as_int(n), A.data(), as_int(n), T.d.data(), T.e.data(), T.tau.data()) == 0;
-  bool done = ok && 5 * k <= 2 * n && relatively_robust(T, k, pairs.lambda, pairs.Phi);
-  if (ok && !done) {
-    ok = divide_and_conquer(T, pairs.lambda, pairs.Phi);
+  ok = ok && divide_and_conquer(T, pairs.lambda, pairs.Phi);
+  if (ok && k < n) {
     pairs.lambda.conservativeResize(k);
     pairs.Phi.conservativeResize(Eigen::NoChange, k);
   }
