@@ -1,16 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <lapacke.h>
 
-#include <algorithm>
 #include <cassert>
 
 #include "common/linalg/eigenpairs.hpp"
 
 namespace cbr {
 namespace {
-
-// Reflectors applied at a time: LAPACK's own dormtr takes 32, which leaves the products to memory bandwidth.
-constexpr Index reflector_block = 128;
 
 struct Tridiagonal {
   Vector d, e, tau;  // diagonal, subdiagonal (n, the last one is workspace), reflectors
@@ -25,24 +21,6 @@ bool divide_and_conquer(Tridiagonal T, Vector& lambda, Matrix& Z) {
   const auto info = LAPACKE_dstedc(LAPACK_COL_MAJOR, 'I', as_int(n), T.d.data(), T.e.data(), Z.data(), as_int(n));
   lambda = T.d;
   return info == 0;
-}
-
-// Z <- Q Z with Q of dsytrd, H_1 ... H_(n-1): reflector j has its unit entry in row j + 1 and the rest in column j of A below.
-bool apply_reflectors(const Matrix& A, const Vector& tau, Matrix& Z) {
-  const Index n = A.rows(), k = Z.cols();
-  Matrix S(reflector_block, reflector_block), work(k, reflector_block);
-  for (Index block = (n - 2) / reflector_block; n > 1 && block >= 0; --block) {
-    const Index first = block * reflector_block, count = std::min(reflector_block, n - 1 - first), rows = n - 1 - first;
-    const double* V = A.data() + first * n + first + 1;
-    // H_first ... H_(first + count - 1) = I - V S V^T   (count x count)
-    if (LAPACKE_dlarft_work(LAPACK_COL_MAJOR, 'F', 'C', as_int(rows), as_int(count), V, as_int(n), tau.data() + first, S.data(),
-                            as_int(S.rows())) != 0)
-      return false;
-    if (LAPACKE_dlarfb_work(LAPACK_COL_MAJOR, 'L', 'N', 'F', 'C', as_int(rows), as_int(k), as_int(count), V, as_int(n), S.data(),
-                            as_int(S.rows()), Z.data() + first + 1, as_int(n), work.data(), as_int(k)) != 0)
-      return false;
-  }
-  return true;
 }
 
 // A = Q T Q^T, the first k pairs of T, Z <- Q Z. A: lower triangle, overwritten.
@@ -62,7 +40,8 @@ Eigenpairs standard_eigenpairs(Matrix& A, Index k) {
     pairs.lambda.conservativeResize(k);
     pairs.Phi.conservativeResize(Eigen::NoChange, k);
   }
-  ok = ok && apply_reflectors(A, T.tau, pairs.Phi);
+  ok = ok && LAPACKE_dormtr(LAPACK_COL_MAJOR, 'L', 'L', 'N', as_int(n), as_int(k), A.data(), as_int(n), T.tau.data(),
+                            pairs.Phi.data(), as_int(n)) == 0;
   if (!ok) pairs.converged = false, pairs.n_converged = 0;
   return pairs;
 }
