@@ -10,6 +10,8 @@
 #include "common/output_file.hpp"
 #include "common/program.hpp"
 #include "common/scene_words.hpp"
+#include "reducer/decomposition.hpp"
+#include "reducer/domains.hpp"
 #include "reducer/estimate.hpp"
 #include "reducer/reduce.hpp"
 #include "reducer/summary.hpp"
@@ -42,9 +44,7 @@ void refuse_what_is_not_there_yet(const ReductionOptions& reduction) {
   if (reduction.basis != "craig-bampton") {
     throw InputError("basis '" + reduction.basis + "' is not available yet: use craig-bampton");
   }
-  if (reduction.domains != 1) {
-    throw InputError("domains: " + std::to_string(reduction.domains) + " found, only 1 is available yet");
-  }
+  if (reduction.has_second_reduction()) throw InputError("second_reduction is not available yet: leave it out");
 }
 
 // A mistyped -o or superelement: would cost the user a mesh or the scene.
@@ -62,11 +62,22 @@ void refuse_to_overwrite(const Scene& scene, const std::string& input, const std
     throw InputError("superelement '" + target.string() + "' is the scene itself and would overwrite it: give it another name");
 }
 
+// The diagonal form costs n^3: of a group, whose explicit and implicit steps do not use it, more than its domains do.
+constexpr Index group_diagonal_limit = 3000;
+
+Index diagonal_limit(const ReduceCommand& command, const ReductionOptions& reduction) {
+  const bool group = reduction.is_decomposed() && !reduction.has_second_reduction();
+  return command.diagonal_limit.value_or(group ? group_diagonal_limit : ReduceSettings{}.diagonal_limit);
+}
+
 // Unchanged inputs, and the diagonal form there or not as it would be now.
 bool is_up_to_date(const ReductionOptions& reduction, const std::string& hash, Index diagonal_limit) {
   if (read_content_hash(reduction.superelement) != hash) return false;
   try {
-    const Superelement s = read_superelement(reduction.superelement, {false, true, false});
+    const bool group = is_superelement_group(reduction.superelement);
+    const SuperelementParts light = {false, true, false};
+    const Superelement s =
+        group ? join(read_superelement_group(reduction.superelement, light)) : read_superelement(reduction.superelement, light);
     return s.has_diagonal_form() == (s.n() <= diagonal_limit);
   } catch (const InputError&) {
     return false;  // damaged: it is made anew
@@ -101,17 +112,16 @@ std::map<std::string, std::string> provenance(const Component& component, const 
 
 class Reducer {
  public:
-  Reducer(const ReduceCommand& command, Report& report) : report_(report), input_(command.input), force_(command.force) {
-    settings_.memory = command.memory;
-    if (command.diagonal_limit) settings_.diagonal_limit = *command.diagonal_limit;
-  }
+  Reducer(const ReduceCommand& command, Report& report) : report_(report), command_(command) {}
 
   void reduce_component(const Scene& scene, const Component& component) {
     const ReductionOptions& reduction = *component.reduction;
     refuse_what_is_not_there_yet(reduction);
-    refuse_to_overwrite(scene, input_, reduction.superelement);
+    refuse_to_overwrite(scene, command_.input, reduction.superelement);
+    settings_.memory = command_.memory;
+    settings_.diagonal_limit = diagonal_limit(command_, reduction);
     const std::string hash = content_hash(scene, component);
-    if (!force_ && is_up_to_date(reduction, hash, settings_.diagonal_limit)) {
+    if (!command_.force && is_up_to_date(reduction, hash, settings_.diagonal_limit)) {
       report_.line(component.name + ": " + reduction.superelement.string() + " is up to date: nothing to do");
       return;
     }
@@ -133,15 +143,40 @@ class Reducer {
       mesh = read_mesh(component.mesh);
     }
     const std::vector<BlockProperties> properties = block_properties(scene, component, mesh);
+    const auto p = provenance(component, properties, mesh);
+    if (component.reduction->is_decomposed()) {
+      make_group(mesh, properties, component, hash, p);
+    } else {
+      make_one(mesh, properties, component, hash, p);
+    }
+  }
+
+  void make_one(const Mesh& mesh, const std::vector<BlockProperties>& properties, const Component& component,
+                const std::string& hash, const std::map<std::string, std::string>& provenance) {
     ReductionFigures figures;
     Superelement s = reduce(mesh, properties, component.mass, *component.reduction, settings_, report_, &figures);
     s.content_hash = hash;
-    s.provenance = provenance(component, properties, mesh);
+    s.provenance = provenance;
     {
       const auto phase = report_.phase("writing the superelement");
       write_superelement(s, component.reduction->superelement);
     }
     summarise(s, figures, component.reduction->superelement, report_);
+  }
+
+  void make_group(const Mesh& mesh, const std::vector<BlockProperties>& properties, const Component& component,
+                  const std::string& hash, const std::map<std::string, std::string>& provenance) {
+    GroupFigures figures;
+    SuperelementGroup group = reduce_domains(mesh, properties, component.mass, *component.reduction, settings_, report_, &figures);
+    group.content_hash = hash;
+    group.provenance = provenance;
+    for (auto& domain : group.domains) domain.content_hash = hash;
+    {
+      const auto phase = report_.phase("writing the superelements");
+      write_superelement_group(group, component.reduction->superelement);
+    }
+    summarise_domains(group, figures, report_);
+    summarise_group(group, component.reduction->superelement, report_);
   }
 
   static void copy(const std::filesystem::path& from, const std::filesystem::path& to) {
@@ -153,8 +188,7 @@ class Reducer {
   }
 
   Report& report_;
-  std::string input_;
-  bool force_;
+  const ReduceCommand& command_;
   ReduceSettings settings_;
   std::map<std::string, std::filesystem::path> done_;  // content hash -> file made in this run
 };
@@ -182,11 +216,9 @@ void estimate_component(const ReduceCommand& command, const Scene& scene, const 
   const ReductionOptions& reduction = *component.reduction;
   refuse_what_is_not_there_yet(reduction);
   const Mesh mesh = read_mesh(component.mesh);
-  Index n_elements = 0;
-  for (const Block& block : mesh.blocks) n_elements += dimension(block.type) == 3 ? block.connectivity.rows() : 0;
-  const std::vector<Index> domain(static_cast<std::size_t>(n_elements), 0);
-  const Index diagonal_limit = command.diagonal_limit.value_or(ReduceSettings{}.diagonal_limit);
-  const Estimate e = estimate(mesh, block_properties(scene, component, mesh), reduction, domain, diagonal_limit);
+  const std::vector<Index> domain = decompose(mesh, reduction.domains).domain;
+  const Estimate e =
+      estimate(mesh, block_properties(scene, component, mesh), reduction, domain, diagonal_limit(command, reduction));
   const std::string title = "# " + component.name + " (" + component.mesh.filename().string() + "), interface " +
                             join(reduction.interface_sets) + ": what a reduction would give and cost";
   print_estimate(e, machine_rates(), command.memory > 0 ? command.memory : half_of_memory(), title, out);

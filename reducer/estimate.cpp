@@ -221,9 +221,10 @@ void check_options(const Mesh& mesh, const FiniteElementModel& model, const std:
   std::iota(all.begin(), all.end(), Index{0});
   std::set_difference(all.begin(), all.end(), interface.begin(), interface.end(), std::back_inserter(p.interior_nodes));
   check_interface_holds(mesh, model, p, connected_parts(mesh, model));
-  if (options.modes && *options.modes > p.n_interior() && !options.is_decomposed()) {
+  const auto n_interior = 3 * static_cast<Index>(p.interior_nodes.size());
+  if (options.modes && *options.modes > n_interior && !options.is_decomposed()) {
     throw InputError("modes: " + std::to_string(*options.modes) + " asked for, but the interior has only " +
-                     std::to_string(p.n_interior()) + " dofs: ask for at most that many");
+                     std::to_string(n_interior) + " dofs: ask for at most that many");
   }
 }
 

@@ -70,7 +70,8 @@ void add_reduce_options(CLI::App& app, ReduceCommand& command) {
   mesh->add_option("--element", command.element, "hex8-incompatible (default), hex8 or hex8-hourglass")->type_name("WORD");
   mesh->add_option("--mass", command.mass, "lumped (default) or consistent")->type_name("WORD");
   mesh->add_option("--basis", command.basis, "craig-bampton (default, and the only one so far)")->type_name("WORD");
-  mesh->add_option("--domains", command.domains, "1 (default, and the only one so far)")->type_name("N");
+  mesh->add_option("--domains", command.domains, "parts that are reduced each by itself and share nodes (default 1)")
+      ->type_name("N");
   mesh->add_flag("--recovery", command.recovery, "store what brings back the interior: Psi, Phi and the connectivity");
   mesh->add_option("-o,--output", command.output, "superelement file (default: the mesh's name with .cbr.h5, in this folder)")
       ->type_name("FILE");
@@ -87,8 +88,9 @@ void add_reduce_options(CLI::App& app, ReduceCommand& command) {
          },
          "for the constraint modes, as 500MB or 8GB (default: half of this machine's); less memory takes more time")
       ->type_name("SIZE");
-  app.add_option("--diagonal-limit", command.diagonal_limit,
-                 "store the diagonal form of superelements up to this many coordinates (default 6000)")
+  app.add_option(
+         "--diagonal-limit", command.diagonal_limit,
+         "store the diagonal form of superelements up to this many coordinates (default 6000; 3000 of domains put together)")
       ->type_name("N")
       ->check(CLI::Validator(
           [](std::string& text) {
@@ -129,6 +131,7 @@ Scene scene_of_mesh(const ReduceCommand& command) {
   reduction.cutoff_hz = command.cutoff_hz;
   reduction.pick = word_in("--pick", command.pick, {"frequency", "participation"});
   reduction.domains = command.domains.value_or(1);
+  if (reduction.domains < 1) throw InputError("--domains: " + std::to_string(reduction.domains) + " found, 1 or more is allowed");
   reduction.recovery = command.recovery;
   reduction.superelement = absolute(command.output.empty() ? component.name + ".cbr.h5" : command.output);
   component.reduction = reduction;

@@ -117,7 +117,7 @@ Partition partition(const FiniteElementModel& model, const std::vector<Index>& i
   std::set_difference(all.begin(), all.end(), interface_nodes.begin(), interface_nodes.end(), std::back_inserter(p.interior_nodes));
   const std::vector<Index> I = dofs_of(p.interior_nodes), C = dofs_of(p.interface_nodes);
   const std::vector<Index> local_I = numbering(I, model.K.rows()), local_C = numbering(C, model.K.rows());
-  const Index n_I = p.n_interior(), c = p.n_interface();
+  const auto n_I = static_cast<Index>(I.size()), c = static_cast<Index>(C.size());
   p.K_II = block(model.K, local_I, n_I, I);
   p.K_IC = block(model.K, local_I, n_I, C);
   p.K_CC = block(model.K, local_C, c, C);

@@ -17,8 +17,8 @@ struct Partition {
   SparseMatrix M_II, M_IC, M_CC;
   bool lumped = false;  // M is diagonal: M_IC = 0
 
-  Index n_interior() const { return 3 * static_cast<Index>(interior_nodes.size()); }
-  Index n_interface() const { return 3 * static_cast<Index>(interface_nodes.size()); }
+  Index n_interior() const { return K_II.rows(); }
+  Index n_interface() const { return K_CC.rows(); }
 };
 
 // The model nodes of the named sidesets and nodesets, ascending and unique. InputError: a name that the mesh does not have, a

@@ -191,6 +191,39 @@ void add_diagonal(const Reduction& r, Superelement& s) {
   add_diagonal_form(s, part);
 }
 
+// `interface`: mesh nodes, or none: those of the options' sets.
+Superelement reduce_to(const std::vector<Index>* interface, const Mesh& mesh, const std::vector<BlockProperties>& properties,
+                       MassKind mass, const ReductionOptions& options, const ReduceSettings& settings, Report& report,
+                       ReductionFigures* figures) {
+  Reduction r{mesh, options, settings, report, {}, {}, {}, {}};
+  Superelement s;
+  {
+    const auto phase = report.phase("assembly");
+    r.model = assemble(mesh, properties, mass);
+    std::vector<Index> kept;
+    if (interface == nullptr) {
+      kept = interface_nodes(mesh, r.model, options.interface_sets);
+    } else {
+      for (const Index node : *interface) kept.push_back(r.model.row[static_cast<std::size_t>(node)]);
+    }
+    r.p = partition(r.model, kept);
+    r.part = connected_parts(mesh, r.model);
+    Points x(static_cast<Index>(r.model.nodes.size()), 3);
+    for (Index i = 0; i < x.rows(); ++i) x.row(i) = mesh.coordinates.row(r.model.nodes[static_cast<std::size_t>(i)]);
+    s.rigid_body = rigid_body(r.model.M, x);
+    r.figures.n_dofs = r.model.K.rows();
+    r.figures.n_interior = r.p.n_interior();
+    r.model.K = SparseMatrix();
+    r.model.M = SparseMatrix();
+  }
+  check_interface_holds(mesh, r.model, r.p, r.part);
+  describe_interface(r, s);
+  condense_and_keep(r, s);
+  add_diagonal(r, s);
+  if (figures != nullptr) *figures = r.figures;
+  return s;
+}
+
 }  // namespace
 
 double half_of_memory() {
@@ -214,27 +247,13 @@ std::vector<Index> modes_by_participation(const Matrix& M_kc, Index count) {
 
 Superelement reduce(const Mesh& mesh, const std::vector<BlockProperties>& properties, MassKind mass,
                     const ReductionOptions& options, const ReduceSettings& settings, Report& report, ReductionFigures* figures) {
-  Reduction r{mesh, options, settings, report, {}, {}, {}, {}};
-  Superelement s;
-  {
-    const auto phase = report.phase("assembly");
-    r.model = assemble(mesh, properties, mass);
-    r.p = partition(r.model, interface_nodes(mesh, r.model, options.interface_sets));
-    r.part = connected_parts(mesh, r.model);
-    Points x(static_cast<Index>(r.model.nodes.size()), 3);
-    for (Index i = 0; i < x.rows(); ++i) x.row(i) = mesh.coordinates.row(r.model.nodes[static_cast<std::size_t>(i)]);
-    s.rigid_body = rigid_body(r.model.M, x);
-    r.figures.n_dofs = r.model.K.rows();
-    r.figures.n_interior = r.p.n_interior();
-    r.model.K = SparseMatrix();
-    r.model.M = SparseMatrix();
-  }
-  check_interface_holds(mesh, r.model, r.p, r.part);
-  describe_interface(r, s);
-  condense_and_keep(r, s);
-  add_diagonal(r, s);
-  if (figures != nullptr) *figures = r.figures;
-  return s;
+  return reduce_to(nullptr, mesh, properties, mass, options, settings, report, figures);
+}
+
+Superelement reduce(const Mesh& mesh, const std::vector<BlockProperties>& properties, MassKind mass,
+                    const ReductionOptions& options, const std::vector<Index>& interface, const ReduceSettings& settings,
+                    Report& report, ReductionFigures* figures) {
+  return reduce_to(&interface, mesh, properties, mass, options, settings, report, figures);
 }
 
 }  // namespace cbr

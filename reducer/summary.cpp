@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "reducer/summary.hpp"
 
+#include <algorithm>
 #include <cstdio>
 #include <string>
 
@@ -49,6 +50,36 @@ void say_residual_mass(const Superelement& s, Report& report) {
   }
 }
 
+void say_rigid_body(const RigidBody& b, Report& report) {
+  report.line(format("  mass         %.9g, centre (%.6g, %.6g, %.6g)", b.mass, b.center(0), b.center(1), b.center(2)));
+  report.line(format("  inertia      xx %.6g  yy %.6g  zz %.6g  xy %.6g  yz %.6g  xz %.6g", b.inertia(0, 0), b.inertia(1, 1),
+                     b.inertia(2, 2), b.inertia(0, 1), b.inertia(1, 2), b.inertia(0, 2)));
+}
+
+void say_file(const std::filesystem::path& file, bool diagonal, bool recovery, Report& report) {
+  std::error_code error;
+  const auto size = std::filesystem::file_size(file, error);
+  report.line("  file         " + file.string() + (error ? "" : ", " + human_bytes(static_cast<double>(size))) + ", " +
+              (diagonal ? "with diagonal form" : "without diagonal form") + (recovery ? ", with recovery" : ""));
+}
+
+// "12 to 15", or "12" when they are equal.
+template <typename Figure>
+std::string range_text(const GroupFigures& figures, Figure figure) {
+  Index least = figure(0), most = least;
+  for (std::size_t d = 0; d < figures.domains.size(); ++d) least = std::min(least, figure(d)), most = std::max(most, figure(d));
+  return std::to_string(least) + (most > least ? " to " + std::to_string(most) : "");
+}
+
+void say_missing_modes(const SuperelementGroup& group, const GroupFigures& figures, Report& report) {
+  std::string text;
+  for (std::size_t d = 0; d < figures.domains.size(); ++d) {
+    if (figures.domains[d].modes_missing == 0) continue;
+    text += (text.empty() ? "" : ", ") + std::to_string(d + 1) + " (" + std::to_string(group.domains[d].k()) + ")";
+  }
+  if (!text.empty()) report.line("  note         fewer interior dofs than modes asked for, so all are kept, in domain " + text);
+}
+
 }  // namespace
 
 void summarise(const Superelement& s, const ReductionFigures& figures, const std::filesystem::path& file, Report& report) {
@@ -57,21 +88,49 @@ void summarise(const Superelement& s, const ReductionFigures& figures, const std
                      static_cast<long long>(s.k()), static_cast<long long>(s.n())));
   report.line("  modes        " + modes_text(s, figures));
   say_residual_mass(s, report);
-  const auto& b = s.rigid_body;
-  report.line(format("  mass         %.9g, centre (%.6g, %.6g, %.6g)", b.mass, b.center(0), b.center(1), b.center(2)));
-  report.line(format("  inertia      xx %.6g  yy %.6g  zz %.6g  xy %.6g  yz %.6g  xz %.6g", b.inertia(0, 0), b.inertia(1, 1),
-                     b.inertia(2, 2), b.inertia(0, 1), b.inertia(1, 2), b.inertia(0, 2)));
+  say_rigid_body(s.rigid_body, report);
   report.line("  sets kept    " + sets_text(s));
   const bool panels = figures.way == CondensationWay::second_solve;
   report.detail(format("factor: %.3g non-zeros, %.3g flops; solves %.3g flops; products %.3g flops", figures.factor_nonzeros,
                        figures.factor_flops, figures.solve_flops, figures.product_flops));
   report.detail(panels ? "constraint modes in panels of " + std::to_string(figures.panel) + " columns"
                        : "constraint modes held whole");
-  std::error_code error;
-  const auto size = std::filesystem::file_size(file, error);
-  report.line("  file         " + file.string() + (error ? "" : ", " + human_bytes(static_cast<double>(size))) + ", " +
-              (s.has_diagonal_form() ? "with diagonal form" : "without diagonal form") +
-              (s.recovery.empty() ? "" : ", with recovery"));
+  say_file(file, s.has_diagonal_form(), !s.recovery.empty(), report);
+}
+
+void summarise_domains(const SuperelementGroup& group, const GroupFigures& f, Report& report) {
+  const auto of = [&](auto figure) { return range_text(f, figure); };
+  report.line("  domains      " + std::to_string(f.domains.size()) + " of " +
+              of([&](std::size_t d) { return f.domains[d].n_elements; }) + " elements, reduced in " + human_seconds(f.seconds) +
+              " by " + std::to_string(f.n_workers) + (f.n_workers > 1 ? " threads" : " thread"));
+  Index k = 0;
+  for (const auto& domain : group.domains) k += domain.k();
+  const auto c = 3 * static_cast<Index>(join_nodes(group).node_ids.size());
+  report.line("  dofs         " + std::to_string(f.n_dofs) + " in full; each domain " +
+              of([&](std::size_t d) { return group.domains[d].c(); }) + " on its interface and " +
+              of([&](std::size_t d) { return group.domains[d].k(); }) + " modes; " + std::to_string(f.n_shared_nodes) +
+              " nodes shared");
+  report.line("  joined       " + std::to_string(k) + " modes, " + std::to_string(c) + " dofs of nodes, " + std::to_string(k + c) +
+              " reduced");
+  say_missing_modes(group, f, report);
+  for (std::size_t d = 0; d < f.domains.size(); ++d) {
+    report.detail(format("domain %zu: %lld elements, %lld interior dofs, c %lld, k %lld, factor %.3g non-zeros, ", d + 1,
+                         static_cast<long long>(f.domains[d].n_elements), static_cast<long long>(f.domains[d].reduction.n_interior),
+                         static_cast<long long>(group.domains[d].c()), static_cast<long long>(group.domains[d].k()),
+                         f.domains[d].reduction.factor_nonzeros) +
+                  f.domains[d].reduction.mode_method);
+  }
+}
+
+void summarise_group(const SuperelementGroup& group, const std::filesystem::path& file, Report& report) {
+  say_rigid_body(group.rigid_body, report);
+  Superelement described;
+  JoinedNodes joined = join_nodes(group);
+  described.surfaces = std::move(joined.surfaces);
+  described.nodesets = std::move(joined.nodesets);
+  report.line("  sets kept    " + sets_text(described));
+  const bool recovery = !group.domains.empty() && !group.domains.front().recovery.empty();
+  say_file(file, group.has_diagonal_form(), recovery, report);
 }
 
 }  // namespace cbr

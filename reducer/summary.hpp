@@ -6,11 +6,16 @@
 
 #include "common/report.hpp"
 #include "common/superelement.hpp"
+#include "reducer/domains.hpp"
 #include "reducer/reduce.hpp"
 
 namespace cbr {
 
 void summarise(const Superelement& superelement, const ReductionFigures& figures, const std::filesystem::path& file,
                Report& report);
+
+// A decomposed component: what its domains are like, and the file of the group.
+void summarise_domains(const SuperelementGroup& group, const GroupFigures& figures, Report& report);
+void summarise_group(const SuperelementGroup& group, const std::filesystem::path& file, Report& report);
 
 }  // namespace cbr

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <mutex>
 #include <vector>
 
 #include "common/error.hpp"
@@ -139,6 +140,10 @@ struct Cholmod {
 
   void analyze(const SparseMatrix& A) {
     cholmod_sparse view = lower_view(A);
+    // METIS draws from the C library's random numbers, which it seeds itself: one ordering at a time, so that the same matrix gives
+    // the same factor whatever other threads do.
+    static std::mutex one_at_a_time;
+    const std::lock_guard lock(one_at_a_time);
     L = cholmod_l_analyze(&view, &common);
     check("ordering", A);
   }

@@ -10,7 +10,7 @@
 #include <sstream>
 
 #include "common/error.hpp"
-#include "common/superelement.hpp"
+#include "common/superelement_group.hpp"
 #include "reducer/command.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 
@@ -185,11 +185,31 @@ TEST_F(Program, EstimateReducesNothing) {
   EXPECT_THROW(table_of(mesh), InputError);  // Weyl's law needs a material
 }
 
+TEST_F(Program, DomainsMakeAGroup) {
+  const auto file = path("box.cbr.h5");
+  run(mesh_arguments({"--domains", "3", "--recovery"}));
+  ASSERT_TRUE(is_superelement_group(file));
+  const SuperelementGroup group = read_superelement_group(file);
+  EXPECT_EQ(group.domains.size(), 3u);
+  EXPECT_TRUE(group.has_diagonal_form());
+  EXPECT_EQ(group.provenance.at("domains"), "3");
+  EXPECT_FALSE(group.content_hash.empty());
+  EXPECT_EQ(read_content_hash(file), group.content_hash);
+  for (const auto& domain : group.domains) EXPECT_EQ(domain.recovery.size(), 1u);
+  // Nothing to do a second time; again with another limit of the diagonal form.
+  const auto written = fs::last_write_time(file);
+  run(mesh_arguments({"--domains", "3", "--recovery"}));
+  EXPECT_EQ(fs::last_write_time(file), written);
+  run(mesh_arguments({"--domains", "3", "--recovery", "--diagonal-limit", "10"}));
+  EXPECT_FALSE(read_superelement_group(file).has_diagonal_form());
+}
+
 TEST_F(Program, RefusesWithTheCure) {
   EXPECT_NE(message_of({path("box.msh")}).find("--youngs-modulus is missing"), std::string::npos);
   EXPECT_NE(message_of(mesh_arguments({"--basis", "massles"})).find("massless"), std::string::npos);
   EXPECT_NE(message_of(mesh_arguments({"--basis", "massless"})).find("not available yet"), std::string::npos);
-  EXPECT_NE(message_of(mesh_arguments({"--domains", "2"})).find("only 1"), std::string::npos);
+  EXPECT_NE(message_of(mesh_arguments({"--domains", "0"})).find("1 or more"), std::string::npos);
+  EXPECT_NE(message_of(mesh_arguments({"--domains", "1000"})).find("at most that many"), std::string::npos);
   EXPECT_NE(message_of(mesh_arguments({"--interface", "x_mx"})).find("x_max"), std::string::npos);
   const std::string file = scene("{interface: [x_max], modes: 400}");
   EXPECT_NE(message_of({file, "--modes", "3"}).find("goes with a mesh"), std::string::npos);

@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "reducer/domains.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <map>
+
+#include "common/error.hpp"
+#include "common/parallel.hpp"
+#include "common/program.hpp"
+#include "reducer/decomposition.hpp"
+#include "reducer/diagonal_form.hpp"
+#include "reducer/interface_sets.hpp"
+#include "reducer/partition.hpp"
+
+namespace cbr {
+namespace {
+
+// All threads to the workers, none to BLAS and to solves within one of them.
+class OneThreadEach {
+ public:
+  OneThreadEach() : before_(n_threads()) { set_threads(1); }
+  ~OneThreadEach() { set_threads(before_); }
+  OneThreadEach(const OneThreadEach&) = delete;
+  OneThreadEach& operator=(const OneThreadEach&) = delete;
+
+ private:
+  int before_;
+};
+
+// Nodes of the volume elements, without matrices: what questions of connectivity need.
+FiniteElementModel nodes_of(const Mesh& mesh) {
+  FiniteElementModel model;
+  model.row.assign(mesh.node_ids.size(), -1);
+  for (const Block& block : mesh.blocks) {
+    if (dimension(block.type) != 3) continue;
+    for (const Index node : block.connectivity.reshaped()) model.row[static_cast<std::size_t>(node)] = 0;
+  }
+  for (std::size_t node = 0; node < model.row.size(); ++node) {
+    if (model.row[node] < 0) continue;
+    model.row[node] = static_cast<Index>(model.nodes.size());
+    model.nodes.push_back(static_cast<Index>(node));
+  }
+  return model;
+}
+
+// Mesh nodes of the component's interface.
+std::vector<Index> kept_nodes(const Mesh& mesh, const FiniteElementModel& model, const std::vector<std::string>& sets) {
+  std::vector<Index> nodes;
+  for (const Index i : interface_nodes(mesh, model, sets)) nodes.push_back(model.nodes[static_cast<std::size_t>(i)]);
+  return nodes;
+}
+
+// Names of the sets that one superelement of the whole would keep: not those that happen to lie between two domains.
+std::vector<std::string> kept_sets(const Mesh& mesh, const std::vector<Index>& interface, const std::vector<std::string>& named) {
+  std::vector<Index> place(mesh.node_ids.size(), -1);
+  for (std::size_t i = 0; i < interface.size(); ++i) place[static_cast<std::size_t>(interface[i])] = static_cast<Index>(i);
+  Superelement whole;
+  add_interface_sets(mesh, place, named, whole);
+  std::vector<std::string> names;
+  for (const Surface& surface : whole.surfaces) names.push_back(surface.name);
+  for (const auto& [name, nodes] : whole.nodesets) names.push_back(name);
+  return names;
+}
+
+class DomainReducer {
+ public:
+  DomainReducer(const std::vector<BlockProperties>& properties, MassKind mass, const ReductionOptions& options,
+                const ReduceSettings& settings, std::vector<Domain>&& domains)
+      : properties_(properties),
+        mass_(mass),
+        options_(options),
+        settings_(settings),
+        domains_(std::move(domains)),
+        superelements_(domains_.size()),
+        figures_(domains_.size()),
+        failures_(domains_.size()) {}
+
+  std::vector<Superelement> run(Report& report, GroupFigures& figures) {
+    const auto n = static_cast<int>(domains_.size());
+    figures.n_workers = std::clamp(n_threads(), 1, n);
+    settings_.memory = (settings_.memory > 0 ? settings_.memory : half_of_memory()) / figures.n_workers;
+    settings_.diagonal_limit = 0;
+    {
+      const OneThreadEach one;
+      std::atomic<int> next = 0;
+      run_threads(figures.n_workers, [&](int worker) {
+        for (int d = next++; d < n; d = next++) {
+          reduce_domain(static_cast<std::size_t>(d));
+          if (worker == 0) report.progress("domains", static_cast<double>(d + 1) / n);
+        }
+      });
+      report.end_progress();
+    }
+    rethrow();
+    figures.domains = std::move(figures_);
+    return std::move(superelements_);
+  }
+
+ private:
+  void reduce_domain(std::size_t d) {
+    try {
+      Domain domain = std::move(domains_[d]);  // freed when reduced
+      std::vector<BlockProperties> properties;
+      for (const Index block : domain.block) properties.push_back(properties_[static_cast<std::size_t>(block)]);
+      ReductionOptions options = options_;
+      const Index n_I = 3 * static_cast<Index>(domain.node.size() - domain.interface.size());
+      if (options.modes && *options.modes > n_I) {
+        figures_[d].modes_missing = *options.modes - n_I;
+        options.modes = n_I;
+      }
+      for (const Block& block : domain.mesh.blocks) figures_[d].n_elements += block.connectivity.rows();
+      Report silent("cbr-reduce", Verbosity::quiet);  // but for warnings
+      superelements_[d] =
+          reduce(domain.mesh, properties, mass_, options, domain.interface, settings_, silent, &figures_[d].reduction);
+    } catch (...) {
+      failures_[d] = std::current_exception();
+    }
+  }
+
+  // The first domain's, whoever failed first.
+  void rethrow() const {
+    for (std::size_t d = 0; d < failures_.size(); ++d) {
+      if (!failures_[d]) continue;
+      const std::string where = "domain " + std::to_string(d + 1) + " of " + std::to_string(failures_.size()) + ": ";
+      try {
+        std::rethrow_exception(failures_[d]);
+      } catch (const InputError& error) {
+        throw InputError(where + error.what());
+      } catch (const RunError& error) {
+        throw RunError(where + error.what());
+      }
+    }
+  }
+
+  const std::vector<BlockProperties>& properties_;
+  const MassKind mass_;
+  const ReductionOptions& options_;
+  ReduceSettings settings_;
+  std::vector<Domain> domains_;
+  std::vector<Superelement> superelements_;
+  std::vector<DomainFigures> figures_;
+  std::vector<std::exception_ptr> failures_;
+};
+
+// Of bodies fixed to each other: Steiner's theorem.
+RigidBody together(const std::vector<Superelement>& parts) {
+  RigidBody whole;
+  for (const auto& s : parts) whole.mass += s.rigid_body.mass;
+  for (const auto& s : parts) whole.center += s.rigid_body.mass / whole.mass * s.rigid_body.center;
+  for (const auto& s : parts) {
+    const Vector3 arm = s.rigid_body.center - whole.center;
+    whole.inertia += s.rigid_body.inertia + s.rigid_body.mass * (arm.squaredNorm() * Matrix3::Identity() - arm * arm.transpose());
+  }
+  whole.inertia = (0.5 * (whole.inertia + whole.inertia.transpose())).eval();
+  return whole;
+}
+
+void add_diagonal(const Mesh& mesh, const FiniteElementModel& model, Index limit, Report& report, SuperelementGroup& group) {
+  Index n = 0;
+  for (const auto& s : group.domains) n += s.k();
+  n += 3 * static_cast<Index>(join_nodes(group).node_ids.size());
+  if (n > limit) return;
+  const auto phase = report.phase("diagonal form");
+  const std::vector<Index> part_of_node = connected_parts(mesh, model);
+  std::map<Index, Index> part_of_id;
+  for (std::size_t i = 0; i < model.nodes.size(); ++i) {
+    part_of_id[mesh.node_ids[static_cast<std::size_t>(model.nodes[i])]] = part_of_node[i];
+  }
+  Superelement whole = join(group);
+  std::vector<Index> part;
+  for (const Index id : whole.node_ids) part.push_back(part_of_id.at(id));
+  add_diagonal_form(whole, part);
+  group.omega = std::move(whole.omega);
+  group.V = std::move(whole.V);
+}
+
+}  // namespace
+
+SuperelementGroup reduce_domains(const Mesh& mesh, const std::vector<BlockProperties>& properties, MassKind mass,
+                                 const ReductionOptions& options, const ReduceSettings& settings, Report& report,
+                                 GroupFigures* figures) {
+  GroupFigures own;
+  GroupFigures& f = figures != nullptr ? *figures : own;
+  const FiniteElementModel model = nodes_of(mesh);
+  if (model.nodes.empty()) throw InputError("the mesh has no volume elements: there is nothing to reduce");
+  const std::vector<Index> interface = kept_nodes(mesh, model, options.interface_sets);
+  std::vector<Domain> domains;
+  {
+    const auto phase = report.phase("decomposition");
+    const Decomposition decomposition = decompose(mesh, options.domains);
+    f.n_dofs = 3 * static_cast<Index>(model.nodes.size());
+    f.n_shared_nodes = static_cast<Index>(shared_nodes(mesh, decomposition).size());
+    domains = split(mesh, decomposition, interface, kept_sets(mesh, interface, options.interface_sets));
+  }
+  SuperelementGroup group;
+  {
+    const double before = report.seconds("reduction of the domains");
+    {
+      const auto phase = report.phase("reduction of the domains");
+      group.domains = DomainReducer(properties, mass, options, settings, std::move(domains)).run(report, f);
+    }
+    f.seconds = report.seconds("reduction of the domains") - before;
+  }
+  group.rigid_body = together(group.domains);
+  add_diagonal(mesh, model, options.has_second_reduction() ? 0 : settings.diagonal_limit, report, group);
+  return group;
+}
+
+}  // namespace cbr

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// One component in several domains: each reduced by itself, all at once.
+#pragma once
+
+#include <vector>
+
+#include "common/superelement_group.hpp"
+#include "reducer/reduce.hpp"
+
+namespace cbr {
+
+struct DomainFigures {
+  Index n_elements = 0;
+  Index modes_missing = 0;  // asked for beyond the interior's dofs
+  ReductionFigures reduction;
+};
+
+struct GroupFigures {
+  Index n_dofs = 0;          // of the whole mesh
+  Index n_shared_nodes = 0;  // in more than one domain
+  std::vector<DomainFigures> domains;
+  int n_workers = 1;
+  double seconds = 0;  // of the domains' reduction, all together
+};
+
+// Cuts the mesh into options.domains parts and reduces each with `modes` (all of its own when it has fewer) or `cutoff_hz`. Fills
+// all but content_hash and provenance. Workers: n_threads(), each with one thread of BLAS and its share of the memory; their number
+// does not change the domains' bytes. The diagonal form is that of the joined superelement, stored for n up to
+// settings.diagonal_limit. InputErrors as of reduce(), with the domain's number.
+SuperelementGroup reduce_domains(const Mesh& mesh, const std::vector<BlockProperties>& properties, MassKind mass,
+                                 const ReductionOptions& options, const ReduceSettings& settings, Report& report,
+                                 GroupFigures* figures = nullptr);
+
+}  // namespace cbr
