@@ -4,6 +4,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "common/assembly.hpp"
@@ -36,16 +37,35 @@ struct CoupledModel {
 // Nodes are those of the superelement, or of the mesh's model.
 CoupledModel coupled_model(std::shared_ptr<const Superelement> superelement);
 CoupledModel coupled_model(const FiniteElementModel& model, const Points& coordinates);
+// Superelements that share nodes: coordinates (n x 3) of the joined nodes, place[d][i] the row of node i of domain d there.
+CoupledModel coupled_model(const std::vector<std::shared_ptr<const Superelement>>& domains, const Points& coordinates,
+                           const std::vector<std::vector<Index>>& place, const RigidBody& body);
 
 // Shells whose nodes index the model's; their rotations become pseudo-nodes. mass, centre and inertia of rigid_body take them in.
 void add_shells(const ShellModel& shells, CoupledModel& model);
 
-// All coordinates, sparse (n x n): what oracles, and the diagonal form, start from.
+// Rigid motions about the centre of mass, n x 6: [0; R_c; rotations]. Zero in nodal dofs that no matrix knows.
+Matrix rigid_motions(const CoupledModel& model);
+
+// What the held directions (nodes of the model), and dofs that no matrix knows, leave free: nodal dofs = Z y.
+struct FreeDofs {
+  SparseMatrix Z;       // n_nodal x free, orthonormal columns
+  bool is_all = false;  // Z = I
+};
+FreeDofs free_dofs(const CoupledModel& model, const std::vector<HeldDirection>& held);
+
+// All coordinates, sparse (n x n): what oracles start from.
 SparseMatrix whole_stiffness(const CoupledModel& model);
 SparseMatrix whole_mass(const CoupledModel& model);
 
 // K V = M V diag(omega^2), V^T M V = I of the model with held directions (nodes of the model), dense: for `exact`, and as an
-// oracle. V has the rows of the coordinates. RunError when M is not positive definite.
+// oracle. V has the rows of the coordinates. Without held directions the rigid modes are exact rigid motions, as those of
+// free_diagonal_form(). RunError when M is not positive definite, named by `where`.
 DiagonalForm diagonal_form(const CoupledModel& model, const std::vector<HeldDirection>& held, const std::string& where);
+
+// Nodes, coordinates and rigid body as a superelement without matrices: what SuperelementBody takes beside diagonal_form().
+// k = n_modal and c = 3 n, so that rows of nodes are those of V, whose last rows may be rotations. `masses`: with M_cc (c x c) and
+// M_kc, dense, that a nodal enforcement asks for.
+Superelement nodes_only(const CoupledModel& model, bool masses = false);
 
 }  // namespace cbr

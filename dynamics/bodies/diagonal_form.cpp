@@ -36,23 +36,17 @@ void require_converged(const Eigenpairs& pairs, Index n, const std::string& wher
     throw RunError(where + ": the diagonal form cannot be computed: the reduced mass is not positive definite");
 }
 
-void take_frequencies(const Vector& lambda, Index n_rigid, DiagonalForm& form) {
-  form.omega = lambda.cwiseMax(0).cwiseSqrt();
-  form.omega.head(n_rigid).setZero();
-  form.n_rigid = (form.omega.array() == 0).count();  // a mechanism adds to the rigid motions
-}
-
 // Columns 0 .. 5 of V become R L^-T with L L^T = R^T M R, when they span the same motions; E accordingly.
-bool replace_rigid_modes(const Superelement& s, const Matrix& R, DiagonalForm& form) {
-  const Eigen::LLT<Matrix6> cholesky(rigid_mass(s.rigid_body));
+bool replace_rigid_modes(const Matrix& R, const RigidBody& body, DiagonalForm& form) {
+  const Eigen::LLT<Matrix6> cholesky(rigid_mass(body));
   if (form.n_rigid != 6 || cholesky.info() != Eigen::Success) return false;
-  // V_r = R X on the interface; then X^T (R^T M R) X = I when the file's inertia is that of its matrices.
-  const Eigen::ColPivHouseholderQR<Matrix> qr(R.bottomRows(s.c()));
+  // V_r = R X; then X^T (R^T M R) X = I when the file's inertia is that of its matrices.
+  const Eigen::ColPivHouseholderQR<Matrix> qr(R);
   if (qr.rank() < 6) return false;
   const Matrix V_r = form.V.leftCols(6);
-  const Matrix6 X = qr.solve(V_r.bottomRows(s.c()));
+  const Matrix6 X = qr.solve(V_r);
   const double spanned = (V_r - R * X).norm() / V_r.norm();
-  const double normal = (X.transpose() * rigid_mass(s.rigid_body) * X - Matrix6::Identity()).norm();
+  const double normal = (X.transpose() * rigid_mass(body) * X - Matrix6::Identity()).norm();
   if (spanned > 1e-6 || normal > 1e-6) return false;
   const Matrix6 L = cholesky.matrixL();
   form.V.leftCols(6) = cholesky.matrixL().solve(R.transpose()).transpose();
@@ -70,23 +64,6 @@ bool rigid_modes_span(const Matrix& R, DiagonalForm& form) {
   form.E = Matrix::Zero(form.omega.size(), 6);
   form.E.topRows(form.n_rigid) = E_r;
   return true;
-}
-
-// The motions of R that do not move a held direction: 6 x r.
-Matrix free_rigid_motions(const Superelement& s, const std::vector<HeldDirection>& held, const Matrix& R) {
-  const IndexTable rows = displacement_rows(s);
-  Matrix C(static_cast<Index>(held.size()), 6);  // C x = held displacements of the rigid motion R x
-  const double size = std::sqrt(std::max(s.rigid_body.inertia.trace() / std::max(s.rigid_body.mass, 1e-300), 1e-300));
-  for (Index i = 0; i < C.rows(); ++i) {
-    C.row(i).setZero();
-    for (int c = 0; c < 3; ++c) C.row(i) += held[i].direction[c] * R.row(rows(held[i].node, c));
-    C.row(i).tail<3>() /= size;  // rotations in units of length, so that one rank tolerance serves both
-  }
-  if (C.rows() == 0) return Matrix::Identity(6, 6);
-  Eigen::FullPivLU<Matrix> lu(C);
-  lu.setThreshold(1e-9);
-  if (lu.dimensionOfKernel() == 0) return Matrix(6, 0);
-  return lu.kernel();
 }
 
 // Z ((c) x (c - held)): orthonormal basis of the interface displacements that held directions leave free.
@@ -114,6 +91,33 @@ SparseMatrix free_interface_basis(const Superelement& s, const std::vector<HeldD
 }
 
 }  // namespace
+
+void take_frequencies(const Vector& lambda, Index n_rigid, DiagonalForm& form) {
+  form.omega = lambda.cwiseMax(0).cwiseSqrt();
+  form.omega.head(n_rigid).setZero();
+  form.n_rigid = (form.omega.array() == 0).count();  // a mechanism adds to the rigid motions
+}
+
+bool use_exact_rigid_modes(const Matrix& R, const RigidBody& body, DiagonalForm& form) {
+  return replace_rigid_modes(R, body, form) || (form.n_rigid > 6 && rigid_modes_span(R, form));
+}
+
+Index n_free_rigid_motions(const Matrix& R, const RigidBody& body, const IndexTable& rows, const std::vector<HeldDirection>& held) {
+  Matrix C(static_cast<Index>(held.size()), 6);  // C x = held displacements of the rigid motion R x
+  const double size = std::sqrt(std::max(body.inertia.trace() / std::max(body.mass, 1e-300), 1e-300));
+  for (Index i = 0; i < C.rows(); ++i) {
+    C.row(i).setZero();
+    for (int c = 0; c < 3; ++c) {
+      const Index row = rows(held[i].node, c);
+      if (row >= 0) C.row(i) += held[i].direction[c] * R.row(row);
+    }
+    C.row(i).tail<3>() /= size;  // rotations in units of length, so that one rank tolerance serves both
+  }
+  if (C.rows() == 0) return 6;
+  Eigen::FullPivLU<Matrix> lu(C);
+  lu.setThreshold(1e-9);
+  return lu.dimensionOfKernel();
+}
 
 Matrix3 complete_basis(const std::vector<Vector3>& directions) {
   if (directions.empty()) return Matrix3::Identity();
@@ -144,8 +148,7 @@ DiagonalForm free_diagonal_form(Superelement& s, const std::string& where) {
     take_frequencies(pairs.lambda, free ? 6 : 0, form);
     form.V = std::move(pairs.Phi);
   }
-  if (replace_rigid_modes(s, R, form)) return form;
-  if (form.n_rigid > 6 && rigid_modes_span(R, form)) return form;
+  if (use_exact_rigid_modes(R, s.rigid_body, form)) return form;
   if (s.M_cc.rows() != s.c()) throw RunError(where + ": the rigid modes of the diagonal form do not agree with /rigid_body");
   // E = V^T M^ R   (n x 6)
   form.E.noalias() = form.V.transpose() * mass_times_rigid(s, R);
@@ -167,7 +170,7 @@ DiagonalForm held_diagonal_form(const Superelement& s, const std::vector<HeldDir
   const Eigenpairs pairs = dense_eigenpairs(std::move(K), std::move(M), n);
   require_converged(pairs, n, where);
   DiagonalForm form;
-  take_frequencies(pairs.lambda, free_rigid_motions(s, held, R).cols(), form);
+  take_frequencies(pairs.lambda, n_free_rigid_motions(R, s.rigid_body, displacement_rows(s), held), form);
   form.V.resize(s.n(), n);
   form.V.topRows(k) = pairs.Phi.topRows(k);
   form.V.bottomRows(s.c()).noalias() = Z * pairs.Phi.bottomRows(Z.cols());

@@ -37,6 +37,14 @@ DiagonalForm free_diagonal_form(Superelement& superelement, const std::string& w
 // Of a superelement with held directions. Needs the matrices.
 DiagonalForm held_diagonal_form(const Superelement& superelement, const std::vector<HeldDirection>& held, const std::string& where);
 
+// What the forms of all kinds of systems are finished with. lambda: all eigenvalues, ascending; the first n_rigid become 0 exactly.
+void take_frequencies(const Vector& lambda, Index n_rigid, DiagonalForm& form);
+// The rigid modes of a free system become R L^-T, L L^T = R^T M R (R: its rigid motions about the centre of mass, rows of V), and E
+// what follows from them. False, and `form` as it was, when they do not span the same motions.
+bool use_exact_rigid_modes(const Matrix& R, const RigidBody& body, DiagonalForm& form);
+// How many independent rigid motions move no held direction; rows(node, component): of R, -1 for none.
+Index n_free_rigid_motions(const Matrix& R, const RigidBody& body, const IndexTable& rows, const std::vector<HeldDirection>& held);
+
 // Row of V of each node and component, n_nodes x 3; -1 where the superelement has no such dof.
 IndexTable displacement_rows(const Superelement& superelement);
 
