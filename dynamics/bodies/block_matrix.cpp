@@ -39,18 +39,18 @@ BlockMatrix block_matrix(const SparseMatrix& A) {
   return B;
 }
 
-void multiply(const BlockMatrix& A, const Points& x, Points& y, RowThreads& threads) {
+void multiply(const BlockMatrix& A, const double* x, double* y, RowThreads& threads) {
   threads.for_rows(A.rows(), [&](Index begin, Index end) {
     for (Index i = begin; i < end; ++i) {
       double y0 = 0, y1 = 0, y2 = 0;
       for (std::int64_t b = A.first[i]; b < A.first[i + 1]; ++b) {
         const double* v = A.values.data() + 9 * b;
-        const double* u = x.data() + 3 * static_cast<Index>(A.column[b]);
+        const double* u = x + 3 * static_cast<Index>(A.column[b]);
         y0 += v[0] * u[0] + v[1] * u[1] + v[2] * u[2];
         y1 += v[3] * u[0] + v[4] * u[1] + v[5] * u[2];
         y2 += v[6] * u[0] + v[7] * u[1] + v[8] * u[2];
       }
-      double* to = y.data() + 3 * i;
+      double* to = y + 3 * i;
       to[0] = y0, to[1] = y1, to[2] = y2;
     }
   });

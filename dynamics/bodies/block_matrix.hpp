@@ -23,6 +23,9 @@ struct BlockMatrix {
 BlockMatrix block_matrix(const SparseMatrix& A);
 
 // y = A x, rows shared among the threads; the same bits for any number of threads.
-void multiply(const BlockMatrix& A, const Points& x, Points& y, RowThreads& threads);
+void multiply(const BlockMatrix& A, const double* x, double* y, RowThreads& threads);
+inline void multiply(const BlockMatrix& A, const Points& x, Points& y, RowThreads& threads) {
+  multiply(A, x.data(), y.data(), threads);
+}
 
 }  // namespace cbr

@@ -1,50 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The mesh body's shared data, and what a mesh body answers about itself.
 #include <Eigen/Dense>
-#include <Eigen/Eigenvalues>
 
 #include <cmath>
-#include <random>
 
 #include "common/error.hpp"
 #include "common/linalg/eigenpairs.hpp"
 #include "dynamics/bodies/mesh_body.hpp"
 
 namespace cbr {
-namespace {
-
-// Largest eigenvalue of M^-1 K by Lanczos in the inner product of M, from above by the residual of the last step (Parlett 1980,
-// 13-2).
-double largest_eigenvalue_consistent(const SparseMatrix& K, const SparseMatrix& M, const SparseCholesky& factor) {
-  constexpr int steps = 60;
-  const Index n = K.rows();
-  std::mt19937_64 random(1);
-  Vector q = Vector::NullaryExpr(n, [&] { return static_cast<double>(random() >> 11) * 0x1p-53 - 0.5; });
-  Vector before = Vector::Zero(n);
-  q /= std::sqrt(q.dot(M * q));
-  Vector alpha = Vector::Zero(steps), beta = Vector::Zero(steps);
-  int done = 0;
-  for (int j = 0; j < steps; ++j) {
-    // w = M^-1 K q_j - beta_j-1 q_j-1 - alpha_j q_j
-    const Vector Kq = K * q;
-    Vector w = factor.solve(Matrix(Kq));
-    alpha[j] = q.dot(Kq);
-    w -= alpha[j] * q;
-    if (j > 0) w -= beta[j - 1] * before;
-    beta[j] = std::sqrt(std::max(w.dot(M * w), 0.0));
-    done = j + 1;
-    if (beta[j] <= 1e-14 * std::abs(alpha[0])) break;
-    before = q;
-    q = w / beta[j];
-  }
-  Matrix T = Matrix::Zero(done, done);
-  T.diagonal() = alpha.head(done);
-  for (int j = 0; j + 1 < done; ++j) T(j, j + 1) = T(j + 1, j) = beta[j];
-  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(T);
-  return eigen.eigenvalues()[done - 1] + std::abs(beta[done - 1] * eigen.eigenvectors()(done - 1, done - 1));
-}
-
-}  // namespace
 
 MeshModel mesh_model(const FiniteElementModel& model, const Points& coordinates, bool lumped) {
   MeshModel mesh;
@@ -67,7 +31,9 @@ MeshModel mesh_model(const FiniteElementModel& model, const Points& coordinates,
     mesh.M = model.M;
     const SparseCholesky factor(model.M);
     if (!factor.ok()) throw RunError("the consistent mass is not positive definite");
-    lambda = largest_eigenvalue_consistent(model.K, model.M, factor);
+    lambda = largest_eigenvalue(
+        model.K.rows(), [&](const Vector& x, Vector& y) { y.noalias() = model.K * x; },
+        [&](const Vector& x, Vector& y) { factor.solve(x.data(), y.data()); });
   }
   if (!(lambda > 0) || !std::isfinite(lambda)) throw RunError("the highest frequency of the mesh cannot be computed");
   mesh.largest_frequency = std::sqrt(lambda);

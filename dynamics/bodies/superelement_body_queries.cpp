@@ -67,7 +67,7 @@ void SuperelementBody::fill_velocity_map(NodeSet& set) const {
       }
     }
   }
-  set.B.noalias() = form_->V.transpose() * columns;
+  set.B.noalias() = form_->V.topRows(k + c).transpose() * columns;  // rows beyond: rotations, whose inertia is their own
 }
 
 void SuperelementBody::add_load_history(Vector amplitude, const History& history) {

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <Eigen/Eigenvalues>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "common/linalg/eigenpairs.hpp"
+
+namespace cbr {
+namespace {
+
+struct Bound {
+  double value = 0, residual = 0;
+};
+
+// Largest eigenvalue of the tridiagonal matrix, and the residual of its Ritz vector: |beta s| (Parlett 1980, 13-2).
+Bound largest_ritz_value(const Vector& alpha, const Vector& beta, Index n) {
+  Eigen::SelfAdjointEigenSolver<Matrix> eigen;
+  eigen.computeFromTridiagonal(alpha.head(n), beta.head(n - 1), Eigen::ComputeEigenvectors);
+  return {eigen.eigenvalues()[n - 1], std::abs(beta[n - 1] * eigen.eigenvectors()(n - 1, n - 1))};
+}
+
+}  // namespace
+
+double largest_eigenvalue(Index n, const LinearMap& multiply_K, const LinearMap& solve_M) {
+  constexpr Index steps = 120, look_every = 10;
+  constexpr double enough = 1e-6;
+  std::mt19937_64 random(1);
+  // q and p = M q, normalised by q . p: M itself is never asked for.
+  Vector p = Vector::NullaryExpr(n, [&] { return static_cast<double>(random() >> 11) * 0x1p-53 - 0.5; });
+  Vector q(n), Kq(n), w(n), q_before = Vector::Zero(n), p_before = q_before;
+  solve_M(p, q);
+  Vector alpha = Vector::Zero(steps), beta = Vector::Zero(steps);
+  double norm = std::sqrt(std::max(q.dot(p), 0.0));
+  if (!(norm > 0)) return 0;
+  q /= norm, p /= norm;
+  Bound bound;
+  for (Index j = 0; j < steps; ++j) {
+    // M w = K q_j - alpha_j M q_j - beta_j-1 M q_j-1
+    multiply_K(q, Kq);
+    alpha[j] = q.dot(Kq);
+    solve_M(Kq, w);
+    Kq -= alpha[j] * p, w -= alpha[j] * q;
+    if (j > 0) Kq -= beta[j - 1] * p_before, w -= beta[j - 1] * q_before;
+    beta[j] = std::sqrt(std::max(w.dot(Kq), 0.0));
+    const bool invariant = beta[j] <= 1e-13 * std::abs(alpha.head(j + 1).cwiseAbs().maxCoeff());
+    if (invariant || (j + 1) % look_every == 0) {
+      bound = largest_ritz_value(alpha, beta, j + 1);
+      if (invariant || bound.residual <= enough * bound.value) break;
+    }
+    q_before.swap(q), p_before.swap(p);
+    q = w / beta[j], p = Kq / beta[j];
+  }
+  return bound.value + bound.residual;
+}
+
+}  // namespace cbr

@@ -1,0 +1,405 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Coupled bodies against dense algebra, against the bodies that they generalise, and against what must be conserved.
+#include "dynamics/bodies/coupled_body.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numeric>
+
+#include "tests/unit/dynamics/bricks.hpp"
+#include "tests/unit/dynamics/coupled_parts.hpp"
+
+namespace cbr {
+namespace {
+
+using test::chain;
+using test::chain_with_shells;
+using test::some_held;
+
+constexpr double alphas[] = {0.0, -0.1, -1.0 / 3};
+const History ramp{{0.0, 0.013, 0.041, 0.3}, {1.0, 3.0, -2.0, 0.5}};
+
+struct Method {
+  Scheme scheme;
+  double alpha;
+};
+const std::vector<Method> methods{
+    {Scheme::central_difference, 0}, {Scheme::newmark, 0}, {Scheme::newmark, -0.1}, {Scheme::newmark, -1.0 / 3}};
+
+Placement turned(bool mirrored = true) {
+  Placement placement;
+  placement.T = Eigen::AngleAxisd(0.7, Vector3(1, 2, -1).normalized()).toRotationMatrix();
+  if (mirrored) placement.T = (placement.T * Vector3(1, -1, 1).asDiagonal()).eval();
+  placement.position = Vector3(0.3, -0.2, 1.1);
+  placement.velocity = Vector3(2, -1, 0.5);
+  return placement;
+}
+
+Points random_points(std::mt19937& random, Index n, double size) {
+  std::normal_distribution<double> normal;
+  return Points::NullaryExpr(n, 3, [&] { return size * normal(random); });
+}
+
+std::shared_ptr<const CoupledModel> shared(CoupledModel model) { return std::make_shared<const CoupledModel>(std::move(model)); }
+
+std::vector<std::shared_ptr<const CoupledModel>> all_models() {
+  const test::Brick lumped = test::make_brick({3, 2, 2}, Vector3(1, 0.6, 0.5), {100, 0.3, 2});
+  const test::Brick full = test::make_brick({3, 2, 2}, Vector3(1, 0.6, 0.5), {100, 0.3, 2}, MassKind::consistent);
+  return {shared(chain(1, 5).model()), shared(chain(3, 4).model()), shared(chain_with_shells(3)),
+          shared(coupled_model(lumped.fe, lumped.geometry.coordinates)), shared(coupled_model(full.fe, full.geometry.coordinates))};
+}
+
+double energy(const Body& body) { return body.state().kinetic_energy + body.state().strain_energy; }
+double booked(const Body& body) {
+  return body.work().external + body.work().contact + body.work().friction + body.work().numerical;
+}
+
+std::vector<Index> all_nodes(const Body& body) {
+  std::vector<Index> nodes(body.n_nodes());
+  std::iota(nodes.begin(), nodes.end(), Index{0});
+  return nodes;
+}
+
+// The equations as they stand, on the free coordinates: q = Z y.
+struct Dense {
+  Matrix Z, K, M, A;
+  Eigen::LDLT<Matrix> mass, system;
+  Vector y, v, a, f, p;
+  Method method;
+
+  Dense(const CoupledModel& model, const std::vector<HeldDirection>& held, Method m)
+      : Z(test::whole_free_basis(model, held)), method(m) {
+    K = Z.transpose() * whole_stiffness(model) * Z;
+    M = Z.transpose() * whole_mass(model) * Z;
+    mass.compute(M);
+    y = Vector::Zero(M.rows());
+  }
+
+  void step(double h, double last_h, double f0, double f1, bool kick) {
+    if (method.scheme == Scheme::central_difference) {
+      const Vector a0 = mass.solve(f0 * f - K * y);
+      if (last_h == 0) v -= 0.5 * h * a0, last_h = h;
+      v += 0.5 * (last_h + h) * a0;
+      if (kick) v += mass.solve(p);
+      y += h * v;
+      return;
+    }
+    const double alpha = method.alpha, beta = 0.25 * (1 - alpha) * (1 - alpha), gamma = 0.5 - alpha;
+    if (last_h == 0) a = mass.solve(f0 * f - K * y);
+    if (h != last_h) system.compute(M + (1 + alpha) * beta * h * h * K);
+    if (kick) v += mass.solve(p);
+    const Vector start = y + h * v + h * h * (0.5 - beta) * a;
+    const Vector a1 = system.solve((1 + alpha) * (f1 * f - K * start) - alpha * (f0 * f - K * y));
+    v += h * ((1 - gamma) * a + gamma * a1);
+    y = start + h * h * beta * a1;
+    a = a1;
+  }
+};
+
+TEST(CoupledBody, IsTheSchemeOfTheDenseMatrices) {
+  std::mt19937 random(7);
+  for (const auto& model : all_models()) {
+    for (const bool hold : {false, true}) {
+      for (const Method& method : methods) {
+        const auto held = hold ? some_held() : std::vector<HeldDirection>{};
+        const Placement placement = turned();
+        const auto body = coupled_body("b", model, placement, held, method.scheme, {method.alpha});
+        const Index set = body->track({2, 5, 7});
+        Dense dense(*model, held, method);
+        const Index n_modal = model->n_modal(), n = body->n_nodes();
+        ASSERT_EQ(body->n_dofs(), dense.Z.cols());
+        // The same in component axes
+        const auto local = [&](const Points& x, const std::vector<Index>& nodes) {
+          Vector f = Vector::Zero(model->n());
+          for (Index i = 0; i < x.rows(); ++i)
+            f.segment<3>(n_modal + 3 * nodes[i]) = placement.T.transpose() * x.row(i).transpose();
+          return Vector(dense.Z.transpose() * f);
+        };
+        const Points force = random_points(random, n, 1), impulse = random_points(random, 3, 1);
+        body->add_force(force, ramp);
+        dense.f = local(force, all_nodes(*body)), dense.p = local(impulse, {2, 5, 7});
+        const Vector rigid = rigid_motions(*model).leftCols(3) * (placement.T.transpose() * placement.velocity);
+        dense.v = dense.mass.solve(dense.Z.transpose() * Vector(whole_mass(*model) * rigid));
+        const double share = method.scheme == Scheme::newmark ? 6 : 1.5;
+        double t = 0, last_h = 0;
+        for (int step = 0; step < 40; ++step) {
+          const double h = (step < 30 ? share : 0.7) / body->largest_frequency();
+          dense.step(h, last_h, history_value(ramp, t), history_value(ramp, t + h), step % 9 == 3);
+          body->predict(t, h);
+          if (step % 9 == 3)
+            body->add_impulses(set, 0.25 * impulse), body->add_impulses(set, 0.75 * impulse, ImpulseKind::friction);
+          body->accept();
+          t += h, last_h = h;
+        }
+        Vector q, rates;
+        body->coordinates(q, rates);
+        EXPECT_LT((q - dense.Z * dense.y).norm(), 1e-10 * q.norm());
+        if (method.scheme == Scheme::newmark) EXPECT_LT((rates - dense.Z * dense.v).norm(), 1e-10 * rates.norm());
+        for (const HeldDirection& h : held)
+          EXPECT_LT(std::abs(h.direction.dot(q.segment<3>(n_modal + 3 * h.node))), 1e-13 * q.norm());
+      }
+    }
+  }
+}
+
+void expect_equal_states(const Body& a, const Body& b, double tolerance) {
+  const BodyState s = a.state(), r = b.state();
+  const double energy = r.kinetic_energy + r.strain_energy;
+  EXPECT_NEAR(s.kinetic_energy, r.kinetic_energy, tolerance * energy);
+  EXPECT_NEAR(s.strain_energy, r.strain_energy, tolerance * energy);
+  EXPECT_LT((s.center_of_mass - r.center_of_mass).norm(), tolerance);
+  EXPECT_LT((s.momentum - r.momentum).norm(), tolerance * r.momentum.norm());
+  EXPECT_LT((s.angular_momentum - r.angular_momentum).norm(), tolerance * (r.angular_momentum.norm() + r.momentum.norm()));
+  EXPECT_NEAR(s.rotation, r.rotation, tolerance);
+  EXPECT_NEAR(a.work().external, b.work().external, tolerance * energy);
+  EXPECT_NEAR(a.work().contact, b.work().contact, tolerance * energy);
+  EXPECT_NEAR(a.work().friction, b.work().friction, tolerance * energy);
+  EXPECT_NEAR(a.work().numerical, b.work().numerical, tolerance * energy);
+  Points u, v, u_other, v_other;
+  a.displacements(u, v), b.displacements(u_other, v_other);
+  EXPECT_LT((u - u_other).norm(), tolerance * u.norm());
+  EXPECT_LT((v - v_other).norm(), tolerance * v.norm());
+}
+
+// Impulses, loads, gravity and nodal velocities for both.
+void move_alike(Body& a, Body& b, double share, double tolerance) {
+  std::mt19937 random(11);
+  const std::vector<Index> nodes{0, 3, 4, 7};
+  Body* both[] = {&a, &b};
+  const Points force = random_points(random, a.n_nodes(), 1);
+  Index set = 0;
+  for (Body* body : both) set = body->track(nodes), body->add_force(force, ramp), body->add_gravity(Vector3(0.1, 0.2, -1), {});
+  EXPECT_LT((a.nodal_masses(set) - b.nodal_masses(set)).norm(), tolerance * b.nodal_masses(set).norm());
+  const double h = share / b.largest_frequency();
+  for (int step = 0; step < 60; ++step) {
+    const Points p = random_points(random, 4, 0.1);
+    for (Body* body : both) {
+      body->predict(step * h, h);
+      if (step % 7 == 3) body->add_impulses(set, p), body->add_impulses(set, 0.1 * p, ImpulseKind::friction);
+      if (step % 11 == 5 && a.scheme() == Scheme::central_difference)
+        body->add_velocities(set, 0.2 * p, p.colwise().sum().transpose());
+      body->accept();
+    }
+    if (step % 10 == 9) expect_equal_states(a, b, tolerance);
+  }
+}
+
+TEST(CoupledBody, OneSuperelementMovesAsSuperelementBody) {
+  const test::Lattice block = test::lattice({4, 3, 3}, 0.1, 2e3, 0.5);
+  for (const bool hold : {false, true}) {
+    for (const Method& method : methods) {
+      if (hold && method.scheme == Scheme::central_difference) continue;  // nodal velocities at held nodes are not alike
+      const auto held = hold ? some_held() : std::vector<HeldDirection>{};
+      auto s = std::make_shared<Superelement>(test::reduce(block, test::x_nodes(block, true, true), 9));
+      const auto body = coupled_body("b", shared(coupled_model(s)), turned(), held, method.scheme, {method.alpha});
+      const auto form =
+          std::make_shared<DiagonalForm>(hold ? held_diagonal_form(*s, held, "test") : free_diagonal_form(*s, "test"));
+      SuperelementBody other("b", s, form, turned(), method.scheme, {method.alpha});
+      EXPECT_NEAR(body->largest_frequency() / other.largest_frequency(), 1, 1e-6);
+      EXPECT_GE(body->largest_frequency(), other.largest_frequency() * (1 - 1e-12));
+      const Index set = body->track({1, 5}), other_set = other.track({1, 5});
+      const double h = 1.5 / other.largest_frequency();
+      const Matrix response = body->response(set, h).dense;
+      EXPECT_LT((response - other.response(other_set, h).dense).norm(), 1e-12 * response.norm());
+      move_alike(*body, other, method.scheme == Scheme::newmark ? 5 : 1.5, 1e-11);
+    }
+  }
+}
+
+TEST(CoupledBody, MeshMovesAsMeshBody) {
+  for (const MassKind mass : {MassKind::lumped, MassKind::consistent}) {
+    for (const bool hold : {false, true}) {
+      if (hold && mass == MassKind::consistent) continue;  // the initial velocity of a held consistent mass is projected otherwise
+      const auto held = hold ? some_held() : std::vector<HeldDirection>{};
+      const test::Brick b = test::make_brick({3, 2, 2}, Vector3(1, 0.6, 0.5), {100, 0.3, 2}, mass);
+      const auto body =
+          coupled_body("b", shared(coupled_model(b.fe, b.geometry.coordinates)), turned(), held, Scheme::central_difference, {});
+      const auto model = std::make_shared<MeshModel>(mesh_model(b.fe, b.geometry.coordinates, mass == MassKind::lumped));
+      MeshBody other("b", model, turned(), held, std::make_shared<RowThreads>(1));
+      if (!hold) EXPECT_NEAR(body->largest_frequency() / other.largest_frequency(), 1, 1e-6);
+      const Index set = body->track({1, 5}), other_set = other.track({1, 5}), at_held = body->track({1, 7});
+      const NodeResponse response = body->response(set, 0.1), expected = other.response(other_set, 0.1);
+      EXPECT_EQ(response.is_diagonal(), mass == MassKind::lumped);
+      EXPECT_LT((response.diagonal - expected.diagonal).norm() + (response.dense - expected.dense).norm(),
+                1e-12 * (expected.diagonal.norm() + expected.dense.norm()));
+      EXPECT_EQ(body->response(at_held, 0.1).is_diagonal(), mass == MassKind::lumped && !hold);
+      // Without nodal velocities, which a mesh takes as impulses
+      std::mt19937 random(2);
+      const Points force = random_points(random, other.n_nodes(), 0.01);
+      body->add_force(force, ramp), other.add_force(force, ramp);
+      body->add_gravity(Vector3(0, 1, -1), {}), other.add_gravity(Vector3(0, 1, -1), {});
+      const double h = 1.7 / other.largest_frequency();
+      for (int step = 0; step < 100; ++step) {
+        const Points p = random_points(random, 2, 0.01);
+        body->predict(step * h, h), other.predict(step * h, h);
+        if (step % 5 == 2)
+          body->add_impulses(set, p, ImpulseKind::friction), other.add_impulses(other_set, p, ImpulseKind::friction);
+        body->accept(), other.accept();
+      }
+      expect_equal_states(*body, other, 1e-12);
+    }
+  }
+}
+
+TEST(CoupledBody, EnergyBalanceClosesToRoundOff) {
+  std::mt19937 random(3);
+  for (const auto& model : all_models()) {
+    for (const bool hold : {false, true}) {
+      for (const Method& method : methods) {
+        const auto body =
+            coupled_body("b", model, turned(), hold ? some_held() : std::vector<HeldDirection>{}, method.scheme, {method.alpha});
+        const Index set = body->track({1, 4, 7});
+        body->add_force(random_points(random, body->n_nodes(), 1), ramp);
+        body->add_gravity(Vector3(0, 0, -9.81), {});
+        const double share = method.scheme == Scheme::newmark ? 30 : 1.2, start = energy(*body);
+        double t = 0, largest = start;
+        for (int step = 0; step < 200; ++step) {
+          const double h = (step < 120 ? share : 0.5 * share) / body->largest_frequency();
+          body->predict(t, h);
+          if (step % 7 == 0) body->add_impulses(set, random_points(random, 3, 0.1));
+          if (step % 11 == 0) body->add_impulses(set, random_points(random, 3, 0.1), ImpulseKind::friction);
+          if (step % 13 == 0 && method.scheme == Scheme::central_difference)
+            body->add_velocities(set, random_points(random, 3, 0.05), Vector3(0.1, 0, -0.1));
+          body->accept();
+          t += h;
+          largest = std::max(largest, energy(*body));
+          EXPECT_LT(std::abs(energy(*body) - start - booked(*body)), 3e-12 * largest) << step << " " << method.alpha;
+        }
+        EXPECT_GT(std::abs(body->work().contact), 1e-3 * largest);
+        if (method.alpha == 0) EXPECT_EQ(body->work().numerical, 0);
+      }
+    }
+  }
+}
+
+TEST(CoupledBody, OnlyHhtTakesEnergy) {
+  std::mt19937 random(9);
+  const auto model = shared(chain_with_shells(4));
+  for (const double alpha : alphas) {
+    const auto body = coupled_body("b", model, {}, {}, Scheme::newmark, {alpha});
+    const Index set = body->track(all_nodes(*body));
+    const Points p = random_points(random, body->n_nodes(), 1);
+    const double h = 3 / body->largest_frequency();
+    body->predict(0, h);
+    body->add_impulses(set, p);
+    body->accept();
+    const double start = body->work().contact;
+    for (int step = 1; step < 300; ++step) body->predict(step * h, h), body->accept();
+    EXPECT_NEAR(energy(*body), start + body->work().numerical, 1e-11 * start);
+    if (alpha == 0) EXPECT_EQ(body->work().numerical, 0);
+    if (alpha != 0) EXPECT_LT(body->work().numerical, -0.05 * start);
+    EXPECT_GT(energy(*body), 0);
+  }
+}
+
+TEST(CoupledBody, ResponseIsWhatImpulsesDoAndMomentumIsTheirs) {
+  std::mt19937 random(2);
+  for (const auto& model : all_models()) {
+    for (const Method& method : methods) {
+      const auto body = coupled_body("b", model, turned(), {}, method.scheme, {method.alpha});
+      const auto nodes = all_nodes(*body);
+      const Index set = body->track(nodes);
+      const double h = (method.scheme == Scheme::newmark ? 20 : 1.9) / body->largest_frequency();
+      const NodeResponse S = body->response(set, h);
+      Points before, after;
+      body->predict(0, h);
+      body->predicted_positions(set, before);
+      const Points p = random_points(random, body->n_nodes(), 1);
+      const Eigen::Map<const Vector> p_flat(p.data(), p.size());
+      body->add_impulses(set, p);
+      body->predicted_positions(set, after);
+      const Points moved = after - before;
+      const Vector expected = S.is_diagonal() ? Vector(S.diagonal.cwiseProduct(p_flat)) : Vector(S.dense * p_flat);
+      EXPECT_LT((Eigen::Map<const Vector>(moved.data(), moved.size()) - expected).norm(), 1e-11 * expected.norm());
+      if (!S.is_diagonal()) EXPECT_GT(Eigen::SelfAdjointEigenSolver<Matrix>(S.dense).eigenvalues().minCoeff(), 0);
+      body->accept();
+
+      const BodyState start = body->state();
+      Vector3 momentum = start.momentum, angular = start.angular_momentum;
+      const Vector3 center =
+          body->reference_positions().colwise().mean().transpose() * 0 + turned().T * model->rigid_body.center + turned().position;
+      double scale = momentum.norm(), angular_scale = angular.norm();
+      for (int step = 1; step < 100; ++step) {
+        const Points q = random_points(random, body->n_nodes(), step % 10 == 0 ? 0.3 : 0.0);
+        const Vector3 drift = body->state().center_of_mass - center;  // arms are those of the undeformed body
+        for (Index i = 0; i < q.rows(); ++i)
+          angular += Vector3(body->reference_positions().row(i).transpose() + drift).cross(Vector3(q.row(i).transpose()));
+        momentum += q.colwise().sum().transpose();
+        body->predict(step * h, h);
+        body->add_impulses(set, q);
+        body->accept();
+        scale = std::max(scale, momentum.norm()), angular_scale = std::max(angular_scale, angular.norm());
+      }
+      EXPECT_LT((body->state().momentum - momentum).norm(), 3e-13 * scale);
+      EXPECT_LT((body->state().angular_momentum - angular).norm(), 3e-12 * angular_scale);
+    }
+  }
+}
+
+// Against the exact motion of the diagonal form, smooth loads: errors fall with h^2.
+TEST(CoupledBody, ConvergesWithTheSquareOfTheStep) {
+  const auto model = shared(chain_with_shells(2));
+  const auto form = std::make_shared<const DiagonalForm>(diagonal_form(*model, some_held(), "test"));
+  const auto nodes = std::make_shared<const Superelement>(nodes_only(*model));
+  SuperelementBody exact("b", nodes, form, turned(), Scheme::exact);
+  const double end = 4.0 / exact.largest_frequency();
+  std::mt19937 random(2);
+  const Points force = random_points(random, exact.n_nodes(), 50);
+  exact.add_force(force, {{0.0, end}, {0.0, 2.0}});
+  exact.predict(0, end), exact.accept();
+  Points u, v, u_exact, v_exact;
+  exact.displacements(u_exact, v_exact);
+  for (const Method& method : methods) {
+    double error[2] = {};
+    for (const int level : {0, 1}) {
+      const auto body = coupled_body("b", model, turned(), some_held(), method.scheme, {method.alpha});
+      body->add_force(force, {{0.0, end}, {0.0, 2.0}});
+      const int steps = 40 << level;
+      for (int i = 0; i < steps; ++i) body->predict(i * end / steps, end / steps), body->accept();
+      body->displacements(u, v);
+      error[level] = (u - u_exact).norm() / u_exact.norm() + (v - v_exact).norm() / v_exact.norm();
+    }
+    EXPECT_GT(std::log2(error[0] / error[1]), 1.85) << method.alpha << " " << error[0] << " " << error[1];
+    EXPECT_LT(error[1], 0.01);
+  }
+}
+
+TEST(CoupledBody, ABodyThatIsHeldWhollyStays) {
+  std::vector<HeldDirection> held;
+  const test::Brick b = test::make_brick({1, 1, 1}, Vector3(1, 1, 1), {100, 0.3, 2});
+  for (Index i = 0; i < 8; ++i)
+    for (int c = 0; c < 3; ++c) held.push_back({i, Vector3::Unit(c)});
+  const test::Lattice block = test::lattice({2, 2, 2}, 0.1, 2e3, 0.5);
+  const auto superelement = std::make_shared<Superelement>(test::reduce(block, test::x_nodes(block, true, true), 0));
+  for (const auto& model : {shared(coupled_model(b.fe, b.geometry.coordinates)), shared(coupled_model(superelement))}) {
+    for (const Method& method : methods) {
+      const auto body = coupled_body("b", model, turned(), held, method.scheme, {method.alpha});
+      EXPECT_EQ(body->n_dofs(), 0);
+      EXPECT_EQ(body->largest_frequency(), 0);
+      const Index set = body->track({0, 1});
+      EXPECT_EQ(body->response(set, 0.1).dense.norm(), 0);
+      body->add_gravity(Vector3(0, 0, -1), {});
+      body->predict(0, 0.1);
+      body->add_impulses(set, Points::Ones(2, 3));
+      body->accept();
+      EXPECT_EQ(energy(*body), 0);
+      EXPECT_EQ(body->state().momentum.norm(), 0);
+    }
+  }
+}
+
+TEST(CoupledBody, InstancesShareASystem) {
+  const auto system = std::make_shared<CoupledSystem>(shared(chain(2, 3).model()), some_held(), "test");
+  const auto alone = coupled_body("a", shared(chain(2, 3).model()), turned(), some_held(), Scheme::newmark, {-0.1});
+  CoupledBody a("a", system, turned(), Scheme::newmark, {-0.1}), b("b", system, {}, Scheme::newmark, {0.0});
+  const double h = 3 / system->largest_frequency();
+  for (int step = 0; step < 20; ++step) {
+    for (Body* body : {static_cast<Body*>(&a), static_cast<Body*>(&b), alone.get()}) body->predict(step * h, h);
+    for (Body* body : {static_cast<Body*>(&a), static_cast<Body*>(&b), alone.get()}) body->accept();
+  }
+  expect_equal_states(a, *alone, 1e-14);
+}
+
+}  // namespace
+}  // namespace cbr
