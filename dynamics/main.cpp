@@ -8,13 +8,18 @@
 int main(int argc, char** argv) {
   CLI::App app("Runs a scene of superelements and meshes with contact, and writes the results file.", "cbr-dyn");
   std::string scene, output;
+  cbr::BuildOptions build;
   cbr::CommonOptions common;
   app.add_option("SCENE", scene, "scene file (YAML); - reads standard input")->required();
   app.add_option("-o,--output", output, "results file (HDF5)")->required();
+  app.add_option(
+      "--diagonal-limit", build.diagonal_limit,
+      "central-difference, newmark: superelements up to this many coordinates move in their diagonal form (default: those "
+      "whose file has it, and up to 1500)");
   cbr::add_common_options(app, common);
   return cbr::run_program(app, argc, argv, [&] {
     cbr::set_threads(common.threads);
     cbr::Report report("cbr-dyn", common.verbosity());
-    cbr::run_scene(scene, output, report);
+    cbr::run_scene(scene, output, report, build);
   });
 }

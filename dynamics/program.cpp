@@ -31,14 +31,15 @@ void check_target(const Scene& scene, const std::filesystem::path& results) {
 
 }  // namespace
 
-void run_scene(const std::string& scene_or_dash, const std::filesystem::path& results, Report& report) {
+void run_scene(const std::string& scene_or_dash, const std::filesystem::path& results, Report& report,
+               const BuildOptions& build_options) {
   std::optional<Scene> scene;
   {
     const auto phase = report.phase("read");
     scene = read_scene(scene_or_dash);
   }
   check_target(*scene, results);
-  BuiltScene built = build(*scene, report);
+  BuiltScene built = build(*scene, report, build_options);
   RunOptions options;
   options.on_progress = [&](double fraction) { report.progress("stepping", fraction); };
   std::unique_ptr<FieldWriter> fields;

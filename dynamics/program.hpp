@@ -6,10 +6,12 @@
 #include <string>
 
 #include "common/report.hpp"
+#include "dynamics/setup/component_model.hpp"
 
 namespace cbr {
 
 // Reads the scene ("-": stdin), runs it, writes `results` and the fields that it asks for beside it. InputError, RunError.
-void run_scene(const std::string& scene_or_dash, const std::filesystem::path& results, Report& report);
+void run_scene(const std::string& scene_or_dash, const std::filesystem::path& results, Report& report,
+               const BuildOptions& options = {});
 
 }  // namespace cbr

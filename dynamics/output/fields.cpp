@@ -53,10 +53,10 @@ const char* topology_of(FaceKind kind) {
 }
 
 // The faces of all surfaces of one kind, each once.
-IndexTable faces_of_kind(const Superelement& superelement, FaceKind kind) {
+IndexTable faces_of_kind(const Geometry& geometry, FaceKind kind) {
   std::set<std::vector<Index>> seen;
   std::vector<std::vector<Index>> faces;
-  for (const Surface& surface : superelement.surfaces) {
+  for (const auto& [name, surface] : geometry.surfaces) {
     if (surface.kind != kind) continue;
     for (Index f = 0; f < surface.n_faces(); ++f) {
       std::vector<Index> nodes(surface.faces.row(f).begin(), surface.faces.row(f).end()), key = nodes;
@@ -120,40 +120,26 @@ bool FieldWriter::wanted(const std::string& field) const {
   return std::find(fields_.begin(), fields_.end(), field) != fields_.end();
 }
 
-void FieldWriter::add_instance_grids(const Scene& scene, Index i, Report& report) {
-  const auto& of = built_.instances[i];
-  FieldGrid grid;
-  grid.instance = i;
-  grid.points = built_.simulation.bodies[i]->reference_positions();
-  const std::vector<Block>* blocks = of.mesh ? &of.mesh->blocks : nullptr;
-  std::vector<BlockProperties> properties = of.properties;
-  if (of.superelement) {
-    for (const FaceKind kind : {FaceKind::tri3, FaceKind::quad4, FaceKind::tri6, FaceKind::quad8}) {
-      grid.cells = faces_of_kind(*of.superelement, kind);
-      grid.name = of.name + ".interface";
-      grid.topology = topology_of(kind);
-      if (grid.cells.rows() > 0) grids_.push_back(grid);
-    }
-    if (of.superelement->recovery.empty()) {
-      if (wanted("stress"))
-        report.line("note: no stress of '" + of.name + "': its superelement has no recovery data (reduction.recovery: true)");
-      return;
-    }
-    const Superelement::Recovery& recovery = of.superelement->recovery.front();
-    blocks = &recovery.blocks;
-    grid.recovered = true;
-    Points X(of.superelement->coordinates.rows() + recovery.coordinates.rows(), 3);
-    X << of.superelement->coordinates, recovery.coordinates;
-    grid.points = placed(X, of.placement);
-    Mesh shell;  // only names and types of blocks are asked for
-    shell.blocks = recovery.blocks;
-    properties = block_properties(scene, scene.components.at(of.component), shell);
+void FieldWriter::add_interface_grids(const FieldGrid& empty) {
+  const auto& of = built_.instances[empty.instance];
+  for (const FaceKind kind : {FaceKind::tri3, FaceKind::quad4, FaceKind::tri6, FaceKind::quad8}) {
+    FieldGrid grid = empty;
+    grid.cells = faces_of_kind(*of.geometry, kind);
+    grid.name = of.name + ".interface";
+    grid.topology = topology_of(kind);
+    if (grid.cells.rows() > 0) grids_.push_back(std::move(grid));
   }
-  for (std::size_t b = 0; b < blocks->size(); ++b) {
-    const Block& block = (*blocks)[b];
+}
+
+void FieldWriter::add_block_grids(FieldGrid grid, const std::vector<Block>& blocks,
+                                  const std::vector<BlockProperties>& properties) {
+  const auto& of = built_.instances[grid.instance];
+  const std::string part = grid.part >= 0 && of.parts.size() > 1 ? ".domain" + std::to_string(grid.part + 1) : "";
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    const Block& block = blocks[b];
     const Cell cell = cell_of(block.type);
     if (cell.order.empty() || block.connectivity.rows() == 0) continue;
-    grid.name = of.name + "." + block.name;
+    grid.name = of.name + part + "." + block.name;
     grid.topology = cell.topology;
     grid.block = &block;
     grid.properties = properties[b];
@@ -168,29 +154,60 @@ void FieldWriter::add_instance_grids(const Scene& scene, Index i, Report& report
   }
 }
 
+// The interiors of all parts.
+void FieldWriter::add_recovered_grids(const Scene& scene, FieldGrid grid) {
+  const auto& of = built_.instances[grid.instance];
+  for (std::size_t p = 0; p < of.parts.size(); ++p) {
+    const Superelement& s = *of.parts[p].superelement;
+    const Superelement::Recovery& recovery = s.recovery.front();
+    Points X(s.coordinates.rows() + recovery.coordinates.rows(), 3);
+    X << s.coordinates, recovery.coordinates;
+    grid.part = static_cast<Index>(p);
+    grid.points = placed(X, of.placement);
+    Mesh names;  // only names and types of blocks are asked for
+    names.blocks = recovery.blocks;
+    add_block_grids(grid, recovery.blocks, block_properties(scene, scene.components.at(of.component), names));
+  }
+}
+
+void FieldWriter::add_instance_grids(const Scene& scene, Index i, Report& report) {
+  const auto& of = built_.instances[i];
+  FieldGrid grid;
+  grid.instance = i;
+  grid.points = built_.simulation.bodies[i]->reference_positions();
+  if (of.mesh) return add_block_grids(grid, of.mesh->blocks, of.properties);
+  add_interface_grids(grid);
+  if (!of.parts.front().superelement->recovery.empty()) return add_recovered_grids(scene, grid);
+  if (wanted("stress"))
+    report.line("note: no stress of '" + of.name + "': its superelement has no recovery data (reduction.recovery: true)");
+}
+
 FieldWriter::Motion FieldWriter::motion_of(const FieldGrid& grid) const {
   Motion motion;
   const Body& body = *built_.simulation.bodies[grid.instance];
-  if (!grid.recovered) {
+  if (grid.part < 0) {
     body.displacements(motion.u, motion.v);
     return motion;
   }
   const auto& of = built_.instances[grid.instance];
-  const Superelement& s = *of.superelement;
+  const ReducedPart& part = of.parts[grid.part];
+  const Superelement& s = *part.superelement;
   const Superelement::Recovery& recovery = s.recovery.front();
-  Points interface_u, interface_v;
-  body.displacements(interface_u, interface_v);
-  const auto whole = [&](const Points& interface_motion, const Vector& q) {
+  const auto whole = [&](const Vector& q) {
+    Vector u_c(s.c());
+    Points u = Points::Zero(grid.points.rows(), 3);
+    for (Index i = 0; i < s.c(); ++i) {
+      u_c[i] = q[of.n_modal + 3 * part.node[s.dof_node[i]] + s.dof_component[i]];
+      u(s.dof_node[i], s.dof_component[i]) = u_c[i];
+    }
     // u_I = Psi u_c + Phi q_k, then to the scene's axes
-    const Vector u_I = recovery.Psi * q.tail(s.c()) + recovery.Phi * q.head(s.k());
-    Points u(grid.points.rows(), 3);
-    u.topRows(interface_motion.rows()) = interface_motion;
-    u.bottomRows(u_I.size() / 3) = Eigen::Map<const Points>(u_I.data(), u_I.size() / 3, 3) * of.placement.T.transpose();
-    return u;
+    const Vector u_I = recovery.Psi * u_c + recovery.Phi * q.segment(part.first_mode, s.k());
+    u.bottomRows(u_I.size() / 3) = Eigen::Map<const Points>(u_I.data(), u_I.size() / 3, 3);
+    return Points(u * of.placement.T.transpose());
   };
   Vector q, rates;
-  of.superelement_body->coordinates(q, rates);
-  motion.u = whole(interface_u, q), motion.v = whole(interface_v, rates);
+  body.coordinates(q, rates);
+  motion.u = whole(q), motion.v = whole(rates);
   return motion;
 }
 
@@ -218,9 +235,14 @@ Matrix FieldWriter::stresses(const FieldGrid& grid, const Points& u) const {
 
 // p x 1: on contact nodes, 0 elsewhere.
 Matrix FieldWriter::pressures(const FieldGrid& grid) const {
-  Matrix out = Matrix::Zero(grid.points.rows(), 1);
+  const auto& of = built_.instances[grid.instance];
+  Vector of_body = Vector::Zero(built_.simulation.bodies[grid.instance]->n_nodes());
   for (const ContactNodes& contact : built_.simulation.contact_nodes)
-    if (contact.body == grid.instance) out(contact.nodes, 0) = contact.pressure;
+    if (contact.body == grid.instance) of_body(contact.nodes) = contact.pressure;
+  if (grid.part < 0) return of_body;
+  const std::vector<Index>& node = of.parts[grid.part].node;
+  Matrix out = Matrix::Zero(grid.points.rows(), 1);
+  out.topRows(static_cast<Index>(node.size())) = of_body(node);
   return out;
 }
 

@@ -19,9 +19,9 @@ struct FieldGrid {
   std::string name;
   std::string topology;  // XDMF's name: Hexahedron, Quadrilateral, ...
   Index instance = 0;
-  IndexTable cells;        // e x n, VTK's order of nodes
-  Points points;           // p x 3
-  bool recovered = false;  // points are [interface; interior] of a superelement with recovery data
+  IndexTable cells;  // e x n, VTK's order of nodes
+  Points points;     // p x 3
+  Index part = -1;   // with recovery data: points are [interface; interior] of this part of a superelement
   // For stress, which needs the element: empty type list otherwise
   const Block* block = nullptr;
   BlockProperties properties;
@@ -42,6 +42,9 @@ class FieldWriter {
   };
   Motion motion_of(const FieldGrid& grid) const;
   void add_instance_grids(const Scene& scene, Index instance, Report& report);
+  void add_interface_grids(const FieldGrid& empty);
+  void add_block_grids(FieldGrid grid, const std::vector<Block>& blocks, const std::vector<BlockProperties>& properties);
+  void add_recovered_grids(const Scene& scene, FieldGrid grid);
   Matrix pressures(const FieldGrid& grid) const;
   Matrix stresses(const FieldGrid& grid, const Points& u) const;
   bool wanted(const std::string& field) const;

@@ -36,13 +36,17 @@ Integrator integrator_of(Scheme scheme) {
   return scheme == Scheme::exact ? Integrator::exact : Integrator::central_difference;
 }
 
+std::string kind_of(const BuiltScene::OfInstance& of) {
+  if (of.mesh) return "mesh";
+  return of.parts.size() == 1 ? "superelement" : "superelement of " + std::to_string(of.parts.size()) + " domains";
+}
+
 void instance_lines(const BuiltScene& built, Report& report) {
   for (std::size_t b = 0; b < built.instances.size(); ++b) {
     const Body& body = *built.simulation.bodies[b];
     std::ostringstream line;
-    line << "instance " << body.name() << ": component " << built.instances[b].component << ", "
-         << (built.instances[b].superelement ? "superelement" : "mesh") << ", " << body.n_dofs() << " dofs, "
-         << word_of(integrator_words, integrator_of(body.scheme()));
+    line << "instance " << body.name() << ": component " << built.instances[b].component << ", " << kind_of(built.instances[b])
+         << ", " << body.n_dofs() << " dofs, " << word_of(integrator_words, integrator_of(body.scheme()));
     report.line(line.str());
   }
 }

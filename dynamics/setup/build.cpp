@@ -9,7 +9,10 @@
 
 #include "common/error.hpp"
 #include "common/program.hpp"
+#include "common/scene_words.hpp"
 #include "dynamics/setup/contact_setup.hpp"
+#include "dynamics/setup/instance_body.hpp"
+#include "dynamics/setup/skin_shells.hpp"
 
 namespace cbr {
 namespace {
@@ -18,61 +21,6 @@ Index instance_index(const Scene& scene, const std::string& name) {
   for (std::size_t i = 0; i < scene.instances.size(); ++i)
     if (scene.instances[i].name == name) return static_cast<Index>(i);
   return -1;  // read_scene has seen to it
-}
-
-bool is_held(const Scene& scene, const Instance& instance) {
-  return std::any_of(scene.boundary.begin(), scene.boundary.end(), [&](const auto& b) { return b.instance == instance.name; });
-}
-
-bool is_nodal(const Scene& scene, const Instance& instance) {
-  return std::any_of(scene.contact.begin(), scene.contact.end(), [&](const ContactOptions& c) {
-    return c.enforcement == Enforcement::nodal &&
-           (c.all || c.first.instance == instance.name || c.second.instance == instance.name);
-  });
-}
-
-Placement placement_of(const Instance& instance) { return {instance.transformation(), instance.position, instance.velocity}; }
-
-std::string scene_argument(const Scene& scene) { return scene.file == "-" ? "SCENE" : scene.file.string(); }
-
-void require_current(const Scene& scene, const Component& component, const ReductionOptions& reduction) {
-  const std::string& file = reduction.superelement.string();
-  const std::string cure = ": run cbr-reduce " + scene_argument(scene);
-  if (!std::filesystem::exists(reduction.superelement))
-    throw InputError(component.source.text() + ": component '" + component.name + "': the superelement " + file +
-                     " does not exist" + cure);
-  const std::string hash = read_content_hash(reduction.superelement);
-  if (hash.empty()) read_superelement(reduction.superelement);  // says what is wrong with a damaged or foreign file
-  if (hash != content_hash(scene, component)) {
-    throw InputError(component.source.text() + ": component '" + component.name + "': the superelement " + file +
-                     " was not made from the present mesh, materials and reduction options" + cure);
-  }
-}
-
-// The held directions of an instance in component axes; several conditions on one node are joined.
-std::vector<HeldDirection> held_directions(const Scene& scene, const Instance& instance, const Geometry& geometry) {
-  std::map<std::pair<Index, int>, bool> held;
-  for (const BoundaryCondition& condition : scene.boundary) {
-    if (condition.instance != instance.name) continue;
-    for (const Index node : find_nodes(geometry, instance.name, condition.nodes, condition.source))
-      for (int c = 0; c < 3; ++c)
-        if (condition.fix[c]) held[{node, c}] = true;
-  }
-  const Matrix3 T = instance.transformation();
-  std::vector<HeldDirection> list;
-  // u_scene = T u, so e_c . u_scene = (T^T e_c) . u
-  for (const auto& [at, unused] : held) list.push_back({at.first, T.row(at.second).transpose()});
-  return list;
-}
-
-std::unique_ptr<SuperelementBody> superelement_instance(const Scene& scene, const Instance& instance, const ComponentModel& model) {
-  std::shared_ptr<const DiagonalForm> form = model.form;
-  if (is_held(scene, instance)) {
-    form = std::make_shared<DiagonalForm>(held_diagonal_form(*model.superelement, held_directions(scene, instance, *model.geometry),
-                                                             "instance '" + instance.name + "'"));
-  }
-  const Scheme scheme = scene.time->integrator == Integrator::exact ? Scheme::exact : Scheme::central_difference;
-  return std::make_unique<SuperelementBody>(instance.name, model.superelement, form, placement_of(instance), scheme);
 }
 
 void add_loads(const Scene& scene, BuiltScene& built) {
@@ -111,128 +59,113 @@ void add_monitors(const Scene& scene, BuiltScene& built) {
   }
 }
 
-void refuse_what_is_missing(const Scene& scene) {
+void refuse_what_cannot_be(const Scene& scene) {
   if (!scene.time) throw InputError(scene.file.string() + ": the scene has no 'time' section: cbr-dyn needs time: {end: SECONDS}");
-  if (scene.time->integrator == Integrator::newmark) {
-    throw InputError(scene.time->source.text() +
-                     ": time.integrator: newmark is not available in this version (available: exact, central-difference)");
-  }
   if (scene.instances.empty()) throw InputError(scene.file.string() + ": the scene has no instances");
+  for (const ContactOptions& contact : scene.contact) {
+    const std::string what = std::string("enforcement: ") + word_of(enforcement_words, contact.enforcement);
+    if (scene.time->integrator == Integrator::newmark && contact.enforcement != Enforcement::impulse)
+      throw InputError(contact.source.text() + ": contact: " + what +
+                       " goes with explicit integrators only: with integrator: newmark use " +
+                       "enforcement: impulse, which closes the gaps at the end of each step");
+    if (scene.time->integrator == Integrator::exact && contact.enforcement == Enforcement::nodal && skin_acts(scene))
+      throw InputError(contact.source.text() + ": contact: " + what + " with shells that act (skin) needs integrator: " +
+                       "central-difference: the diagonal form of superelements with shells has no nodal masses");
+  }
 }
 
-void note_skin(const Scene& scene, BuiltScene& built) {
-  if (!scene.skin || (scene.skin->youngs_modulus == 0 && scene.skin->density == 0)) return;
-  built.notes.push_back(
-      scene.skin->source.text() +
-      ": skin: the fictitious shells carry no stiffness or mass yet in this version: contact uses the faces directly");
+// A surface of the skin that no instance brings to cbr-dyn.
+void require_skin(const Scene& scene, const BuiltScene& built) {
+  if (!skin_acts(scene)) return;
+  std::set<std::string> there_are;
+  for (const auto& of : built.instances)
+    for (const auto& [name, surface] : of.geometry->surfaces) there_are.insert(name), there_are.insert(of.name + "." + name);
+  for (const std::string& name : scene.skin->surfaces)
+    if (!there_are.count(name))
+      throw InputError(
+          scene.skin->source.text() + ": skin: surfaces: no instance has a surface '" + name + "'" +
+          nearest_name(name, {there_are.begin(), there_are.end()}) +
+          "; a superelement has those that its interface keeps (there are: " + join({there_are.begin(), there_are.end()}) + ")");
 }
 
-ComponentModel superelement_model(const Scene& scene, const Component& component) {
-  if (!component.reduction) {
-    throw InputError(component.source.text() + ": component '" + component.name +
-                     "' is used as: superelement but has no 'reduction': add one and run cbr-reduce, or use as: mesh");
-  }
-  require_current(scene, component, *component.reduction);
-  bool any_free = false, any_held = false, any_nodal = false;
-  for (const Instance& instance : scene.instances) {
-    if (instance.component != component.name || instance.as != InstanceKind::superelement) continue;
-    (is_held(scene, instance) ? any_held : any_free) = true;
-    any_nodal |= is_nodal(scene, instance);
-  }
-  SuperelementParts parts;
-  parts.matrices = any_held || any_nodal;
-  parts.diagonal = any_free;
-  parts.recovery = !scene.output.fields.empty();
-  ComponentModel model;
-  model.superelement = std::make_shared<Superelement>(read_superelement(component.reduction->superelement, parts));
-  if (any_free && !parts.matrices && !model.superelement->has_diagonal_form()) {
-    parts.matrices = true;
-    *model.superelement = read_superelement(component.reduction->superelement, parts);
-  }
-  model.geometry = std::make_shared<Geometry>(geometry_of(*model.superelement));
-  return model;
+void note_shells(const Scene& scene, BuiltScene& built) {
+  for (const auto& of : built.instances)
+    if (of.n_shell_faces > 0)
+      built.notes.push_back("skin: " + std::to_string(of.n_shell_faces) + " shells of stiffness and mass on instance '" + of.name +
+                            "'");
+  if (scene.skin && !skin_acts(scene))
+    built.notes.push_back("skin: the shells have no thickness, or no modulus and density: they do nothing and cost nothing");
 }
 
-// Everything that the instances of a component `as: mesh` share.
-void add_mesh_model(const Scene& scene, const Component& component, Report& report, ComponentModel& model) {
-  FiniteElementModel fe;
-  {
-    const auto phase = report.phase("read");
-    model.mesh = std::make_shared<Mesh>(read_mesh(component.mesh));
-  }
-  const auto phase = report.phase("setup");
-  model.properties = block_properties(scene, component, *model.mesh);
-  fe = assemble(*model.mesh, model.properties, component.mass);
-  model.body_node = fe.row;
-  model.mesh_geometry = std::make_shared<Geometry>(geometry_of(*model.mesh, fe));
-  model.mesh_model =
-      std::make_shared<MeshModel>(mesh_model(fe, model.mesh_geometry->coordinates, component.mass == MassKind::lumped));
-}
+// Components, each read once, and the instances made of them.
+class Builder {
+ public:
+  Builder(const Scene& scene, const BuildOptions& options, Report& report, BuiltScene& built)
+      : scene_(scene), options_(options), report_(report), built_(built) {}
 
-void add_instance(const Scene& scene, const Instance& instance, const ComponentModel& model,
-                  const std::shared_ptr<RowThreads>& threads, BuiltScene& built) {
-  BuiltScene::OfInstance of;
-  of.name = instance.name, of.component = instance.component;
-  of.placement = placement_of(instance);
-  if (instance.as == InstanceKind::superelement) {
-    of.geometry = model.geometry;
-    of.superelement = model.superelement;
-    of.mass = model.superelement->rigid_body.mass;
-    auto body = superelement_instance(scene, instance, model);
-    of.superelement_body = body.get();
-    built.simulation.bodies.push_back(std::move(body));
-  } else {
-    of.geometry = model.mesh_geometry;
-    of.mesh = model.mesh;
-    of.properties = model.properties;
-    of.body_node = model.body_node;
-    of.mass = model.mesh_model->rigid_body.mass;
-    built.simulation.bodies.push_back(std::make_unique<MeshBody>(instance.name, model.mesh_model, of.placement,
-                                                                 held_directions(scene, instance, *model.mesh_geometry), threads));
+  void add_instances() {
+    for (const Instance& instance : scene_.instances) read(instance);
+    const auto phase = report_.phase("setup");
+    BodyMaker maker(scene_, threads());
+    for (const Instance& instance : scene_.instances) add(instance, maker);
   }
-  built.instances.push_back(std::move(of));
-}
+
+ private:
+  void read(const Instance& instance) {
+    const Component& component = component_of(scene_, instance);
+    if (instance.as == InstanceKind::superelement) {
+      if (!reduced_.count(component.name)) reduced_[component.name] = read_reduced_component(scene_, component, options_, report_);
+    } else if (!meshed_.count(component.name)) {
+      meshed_[component.name] = read_meshed_component(scene_, component, report_);
+    }
+  }
+
+  // Threads pay when a product takes longer than waking them: some thousand nodes.
+  std::shared_ptr<RowThreads> threads() const {
+    Index largest = 0;
+    for (const auto& [name, component] : meshed_) largest = std::max(largest, component.geometry->coordinates.rows());
+    return std::make_shared<RowThreads>(largest > 2000 ? n_threads() : 1);
+  }
+
+  void add(const Instance& instance, BodyMaker& maker) {
+    BuiltScene::OfInstance of;
+    of.name = instance.name, of.component = instance.component;
+    of.placement = {instance.transformation(), instance.position, instance.velocity};
+    InstanceBody made;
+    if (instance.as == InstanceKind::superelement) {
+      const ReducedComponent& component = reduced_.at(instance.component);
+      of.geometry = component.geometry, of.parts = component.parts, of.n_modal = component.n_modal;
+      made = maker.make(instance, component);
+    } else {
+      const MeshedComponent& component = meshed_.at(instance.component);
+      of.geometry = component.geometry, of.mesh = component.mesh;
+      of.properties = component.properties, of.body_node = component.body_node;
+      made = maker.make(instance, component);
+    }
+    of.mass = made.mass;
+    of.n_shell_faces = skin_faces(scene_, instance.name, *of.geometry).rows();
+    built_.simulation.bodies.push_back(std::move(made.body));
+    built_.instances.push_back(std::move(of));
+  }
+
+  const Scene& scene_;
+  const BuildOptions& options_;
+  Report& report_;
+  BuiltScene& built_;
+  std::map<std::string, ReducedComponent> reduced_;
+  std::map<std::string, MeshedComponent> meshed_;
+};
 
 }  // namespace
 
-ComponentModel read_superelement_model(const Scene& scene, const Component& component, Report& report) {
-  ComponentModel model;
-  {
-    const auto phase = report.phase("read");
-    model = superelement_model(scene, component);
-  }
-  const bool any_free = std::any_of(scene.instances.begin(), scene.instances.end(), [&](const Instance& i) {
-    return i.component == component.name && i.as == InstanceKind::superelement && !is_held(scene, i);
-  });
-  if (any_free) {
-    const auto phase = report.phase("setup");
-    model.form = std::make_shared<DiagonalForm>(free_diagonal_form(*model.superelement, "component '" + component.name + "'"));
-  }
-  return model;
-}
-
-BuiltScene build(const Scene& scene, Report& report) {
-  refuse_what_is_missing(scene);
+BuiltScene build(const Scene& scene, Report& report, const BuildOptions& options) {
+  refuse_what_cannot_be(scene);
   BuiltScene built;
   built.momentum_is_kept = scene.boundary.empty();
-  note_skin(scene, built);
-  std::map<std::string, ComponentModel> models;
-  for (const Instance& instance : scene.instances) {
-    const Component& component = component_of(scene, instance);
-    ComponentModel& model = models[component.name];
-    if (instance.as == InstanceKind::superelement && !model.superelement) {
-      const ComponentModel read = read_superelement_model(scene, component, report);
-      model.superelement = read.superelement, model.form = read.form, model.geometry = read.geometry;
-    }
-    if (instance.as == InstanceKind::mesh && !model.mesh) add_mesh_model(scene, component, report, model);
-  }
+  Builder(scene, options, report, built).add_instances();
+  require_skin(scene, built);
+  note_shells(scene, built);
   const auto phase = report.phase("setup");
-  // Threads pay when a product takes longer than waking them: some thousand nodes.
-  Index largest = 0;
-  for (const auto& [name, model] : models)
-    if (model.mesh_model) largest = std::max(largest, model.mesh_model->K.rows());
-  const auto threads = std::make_shared<RowThreads>(largest > 2000 ? n_threads() : 1);
-  for (const Instance& instance : scene.instances) add_instance(scene, instance, models[instance.component], threads, built);
   const std::vector<ContactKind> in_contact = add_contact(scene, built, report);
   add_loads(scene, built);
   add_monitors(scene, built);

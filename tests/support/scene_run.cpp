@@ -148,11 +148,12 @@ Ran SceneFolder::prepare(const std::string& yaml) const {
   write_bytes(file, yaml);
   ReduceCommand reduce;
   reduce.input = file.string();
+  reduce.diagonal_limit = diagonal_limit;
   Report reduction = quiet("cbr-reduce"), report = quiet("cbr-dyn");
   run_reduce(reduce, nullptr, reduction);
   Ran ran;
   ran.scene = read_scene(file.string());
-  ran.built = build(ran.scene, report);
+  ran.built = build(ran.scene, report, {diagonal_limit});
   return ran;
 }
 

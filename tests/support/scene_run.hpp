@@ -4,6 +4,7 @@
 
 #include <array>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -57,6 +58,8 @@ class SceneFolder {
   Ran prepare(const std::string& yaml) const;
 
   const TemporaryFolder& folder() const { return folder_; }
+
+  std::optional<Index> diagonal_limit;  // --diagonal-limit of both programs
 
  private:
   TemporaryFolder folder_;

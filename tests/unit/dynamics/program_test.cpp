@@ -116,8 +116,9 @@ TEST_F(Program, ASuperelementThatIsMissingOrStaleNamesTheCure) {
   expect_refused(file, {"not made from", "cbr-reduce"});
 }
 
-TEST_F(Program, RefusesWhatThisVersionCannotDo) {
-  expect_refused(scene("mesh", "", ", integrator: newmark"), {"newmark", "not available"});
+TEST_F(Program, RefusesWhatCannotBe) {
+  for (const std::string enforcement : {"penalty", "nodal"})
+    expect_refused(scene("mesh", ", enforcement: " + enforcement, ", integrator: newmark"), {"newmark", enforcement, "enforcement: impulse"});
   expect_refused(scene("mesh", "", ", step: 1.0"), {"critical step", "force"});
 }
 

@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/setup/component_model.hpp"
+
+#include <algorithm>
+
+#include "common/error.hpp"
+#include "dynamics/setup/skin_shells.hpp"
+
+namespace cbr {
+namespace {
+
+// Up to here a diagonal form that is not stored is made for a run that could do without: seconds, and every step gains.
+constexpr Index small_enough_to_diagonalise = 1500;
+
+std::string scene_argument(const Scene& scene) { return scene.file == "-" ? "SCENE" : scene.file.string(); }
+
+void require_current(const Scene& scene, const Component& component, const ReductionOptions& reduction) {
+  const std::string& file = reduction.superelement.string();
+  const std::string where = component.source.text() + ": component '" + component.name + "': the superelement " + file;
+  const std::string cure = ": run cbr-reduce " + scene_argument(scene);
+  if (!std::filesystem::exists(reduction.superelement)) throw InputError(where + " does not exist" + cure);
+  const std::string hash = read_content_hash(reduction.superelement);
+  if (hash.empty()) read_superelement(reduction.superelement);  // says what is wrong with a damaged or foreign file
+  if (hash != content_hash(scene, component))
+    throw InputError(where + " was not made from the present mesh, materials and reduction options" + cure);
+}
+
+bool is_nodal(const Scene& scene, const Instance& instance) {
+  return std::any_of(scene.contact.begin(), scene.contact.end(), [&](const ContactOptions& c) {
+    return c.enforcement == Enforcement::nodal &&
+           (c.all || c.first.instance == instance.name || c.second.instance == instance.name);
+  });
+}
+
+std::vector<const Instance*> instances_of(const Scene& scene, const Component& component, InstanceKind as) {
+  std::vector<const Instance*> list;
+  for (const Instance& instance : scene.instances)
+    if (instance.component == component.name && instance.as == as) list.push_back(&instance);
+  return list;
+}
+
+// Which parts of a file the instances need. Whether the diagonal form is stored is known only when the file has been read.
+struct Needs {
+  bool modal = false;     // an instance moves in the diagonal form
+  bool matrices = false;  // K_cc, M_cc, M_kc
+};
+
+Needs needs_of(const Scene& scene, const Component& component, const ReducedComponent& reduced, bool has_diagonal_form) {
+  Needs needs;
+  for (const Instance* instance : instances_of(scene, component, InstanceKind::superelement)) {
+    const bool modal = coordinates_of_reduced(scene, *instance, reduced, has_diagonal_form) == Coordinates::modal;
+    const bool as_stored = modal && has_diagonal_form && !is_held(scene, *instance) &&
+                           !has_shells(scene, *instance, *reduced.geometry) && !is_nodal(scene, *instance);
+    needs.modal |= modal;
+    needs.matrices |= !as_stored;
+  }
+  return needs;
+}
+
+SuperelementParts parts_to_read(const Scene& scene, bool matrices) { return {matrices, true, !scene.output.fields.empty()}; }
+
+Geometry geometry_of(const JoinedNodes& nodes) {
+  Geometry geometry;
+  geometry.node_ids = nodes.node_ids, geometry.coordinates = nodes.coordinates, geometry.nodesets = nodes.nodesets;
+  for (const Surface& surface : nodes.surfaces) geometry.surfaces[surface.name] = surface;
+  geometry.reduced = true;
+  return geometry;
+}
+
+void add_part(std::shared_ptr<const Superelement> superelement, std::vector<Index> node, ReducedComponent& reduced) {
+  const Index k = superelement->k();
+  reduced.parts.push_back({std::move(superelement), std::move(node), reduced.n_modal});
+  reduced.n_modal += k;
+  reduced.n_dofs = reduced.n_modal + 3 * reduced.geometry->coordinates.rows();
+}
+
+ReducedComponent of_one(const Scene& scene, const Component& component, const BuildOptions& options) {
+  const std::filesystem::path& file = component.reduction->superelement;
+  auto superelement = std::make_shared<Superelement>(read_superelement(file, parts_to_read(scene, false)));
+  ReducedComponent reduced;
+  reduced.options = options;
+  reduced.geometry = std::make_shared<Geometry>(geometry_of(*superelement));
+  reduced.rigid_body = superelement->rigid_body;
+  std::vector<Index> node;
+  for (Index i = 0; i < superelement->coordinates.rows(); ++i) node.push_back(i);
+  add_part(superelement, std::move(node), reduced);
+  reduced.n_dofs = superelement->n();
+  const Needs needs = needs_of(scene, component, reduced, superelement->has_diagonal_form());
+  if (needs.matrices) *superelement = read_superelement(file, parts_to_read(scene, true));
+  reduced.superelement = superelement;
+  return reduced;
+}
+
+ReducedComponent of_group(const Scene& scene, const Component& component, const BuildOptions& options) {
+  SuperelementGroup group = read_superelement_group(component.reduction->superelement, parts_to_read(scene, true));
+  const JoinedNodes nodes = join_nodes(group);
+  ReducedComponent reduced;
+  reduced.options = options;
+  reduced.geometry = std::make_shared<Geometry>(geometry_of(nodes));
+  reduced.rigid_body = group.rigid_body;
+  const bool has_diagonal_form = group.has_diagonal_form();
+  for (const Superelement& domain : group.domains) reduced.n_modal += domain.k();
+  reduced.n_dofs = reduced.n_modal + 3 * nodes.coordinates.rows();
+  if (needs_of(scene, component, reduced, has_diagonal_form).modal)
+    reduced.superelement = std::make_shared<Superelement>(join(group));
+  reduced.n_modal = 0;
+  for (std::size_t d = 0; d < group.domains.size(); ++d)
+    add_part(std::make_shared<Superelement>(std::move(group.domains[d])), nodes.place[d], reduced);
+  return reduced;
+}
+
+bool moves_freely_in_diagonal_form(const Scene& scene, const Component& component, const ReducedComponent& reduced) {
+  const auto instances = instances_of(scene, component, InstanceKind::superelement);
+  return std::any_of(instances.begin(), instances.end(), [&](const Instance* i) {
+    const bool stored = reduced.superelement && reduced.superelement->has_diagonal_form();
+    return coordinates_of_reduced(scene, *i, reduced, stored) == Coordinates::modal && !is_held(scene, *i) &&
+           !has_shells(scene, *i, *reduced.geometry);
+  });
+}
+
+}  // namespace
+
+bool is_held(const Scene& scene, const Instance& instance) {
+  return std::any_of(scene.boundary.begin(), scene.boundary.end(), [&](const auto& b) { return b.instance == instance.name; });
+}
+
+bool has_shells(const Scene& scene, const Instance& instance, const Geometry& geometry) {
+  return skin_acts(scene) && skin_faces(scene, instance.name, geometry).rows() > 0;
+}
+
+Coordinates coordinates_of_reduced(const Scene& scene, const Instance& instance, const ReducedComponent& component,
+                                   bool has_diagonal_form) {
+  if (scene.time->integrator == Integrator::exact) return Coordinates::modal;
+  if (has_shells(scene, instance, *component.geometry)) return Coordinates::coupled;
+  const auto& limit = component.options.diagonal_limit;
+  const bool stored = has_diagonal_form && !is_held(scene, instance) && !limit;
+  return stored || component.n_dofs <= limit.value_or(small_enough_to_diagonalise) ? Coordinates::modal : Coordinates::coupled;
+}
+
+Coordinates coordinates_of_mesh(const Scene& scene, const Instance& instance, const Geometry& geometry) {
+  const bool coupled = scene.time->integrator == Integrator::newmark || has_shells(scene, instance, geometry);
+  return coupled ? Coordinates::coupled : Coordinates::nodal;
+}
+
+ReducedComponent read_reduced_component(const Scene& scene, const Component& component, const BuildOptions& options,
+                                        Report& report) {
+  if (!component.reduction) {
+    throw InputError(component.source.text() + ": component '" + component.name +
+                     "' is used as: superelement but has no 'reduction': add one and run cbr-reduce, or use as: mesh");
+  }
+  ReducedComponent reduced;
+  {
+    const auto phase = report.phase("read");
+    require_current(scene, component, *component.reduction);
+    reduced = is_superelement_group(component.reduction->superelement) ? of_group(scene, component, options)
+                                                                       : of_one(scene, component, options);
+  }
+  if (moves_freely_in_diagonal_form(scene, component, reduced)) {
+    const auto phase = report.phase("setup");
+    reduced.form = std::make_shared<DiagonalForm>(free_diagonal_form(*reduced.superelement, "component '" + component.name + "'"));
+  }
+  return reduced;
+}
+
+MeshedComponent read_meshed_component(const Scene& scene, const Component& component, Report& report) {
+  MeshedComponent meshed;
+  {
+    const auto phase = report.phase("read");
+    meshed.mesh = std::make_shared<Mesh>(read_mesh(component.mesh));
+  }
+  const auto phase = report.phase("setup");
+  meshed.properties = block_properties(scene, component, *meshed.mesh);
+  const auto fe = std::make_shared<FiniteElementModel>(assemble(*meshed.mesh, meshed.properties, component.mass));
+  meshed.fe = fe;
+  meshed.body_node = fe->row;
+  meshed.geometry = std::make_shared<Geometry>(cbr::geometry_of(*meshed.mesh, *fe));
+  const auto instances = instances_of(scene, component, InstanceKind::mesh);
+  if (std::any_of(instances.begin(), instances.end(),
+                  [&](const Instance* i) { return coordinates_of_mesh(scene, *i, *meshed.geometry) == Coordinates::nodal; }))
+    meshed.model = std::make_shared<MeshModel>(mesh_model(*fe, meshed.geometry->coordinates, component.mass == MassKind::lumped));
+  return meshed;
+}
+
+}  // namespace cbr

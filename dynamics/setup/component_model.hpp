@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What the instances of a component share: read once, however often it is placed.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/report.hpp"
+#include "common/scene.hpp"
+#include "common/superelement_group.hpp"
+#include "dynamics/bodies/coupled_model.hpp"
+#include "dynamics/bodies/diagonal_form.hpp"
+#include "dynamics/bodies/mesh_body.hpp"
+#include "dynamics/setup/geometry.hpp"
+
+namespace cbr {
+
+// One superelement of an instance: the only one, or a domain.
+struct ReducedPart {
+  std::shared_ptr<const Superelement> superelement;
+  std::vector<Index> node;  // of each of its nodes: the body's
+  Index first_mode = 0;     // its modal coordinates among the body's
+};
+
+// What the command line of cbr-dyn says.
+struct BuildOptions {
+  // With central differences and newmark, superelements up to this many coordinates move in their diagonal form. Not given: those
+  // whose file has it, and small ones.
+  std::optional<Index> diagonal_limit;
+};
+
+struct ReducedComponent {
+  std::shared_ptr<const Geometry> geometry;
+  std::vector<ReducedPart> parts;
+  // The only part, or the domains joined; of a group only when an instance moves in its diagonal form.
+  std::shared_ptr<Superelement> superelement;
+  std::shared_ptr<const DiagonalForm> form;  // of the free superelement, when an instance moves in it
+  RigidBody rigid_body;
+  Index n_modal = 0, n_dofs = 0;
+  BuildOptions options;
+};
+
+struct MeshedComponent {
+  std::shared_ptr<const Geometry> geometry;
+  std::shared_ptr<const Mesh> mesh;
+  std::vector<BlockProperties> properties;  // per block of the mesh
+  std::vector<Index> body_node;             // of each node of the mesh: the body's node, or -1
+  std::shared_ptr<const FiniteElementModel> fe;
+  std::shared_ptr<const MeshModel> model;  // when an instance moves as a MeshBody
+};
+
+bool is_held(const Scene& scene, const Instance& instance);
+bool has_shells(const Scene& scene, const Instance& instance, const Geometry& geometry);
+
+// How an instance's coordinates are advanced.
+enum class Coordinates { modal, coupled, nodal };  // SuperelementBody, CoupledBody, MeshBody
+
+// Shells or newmark on a mesh, and superelements whose diagonal form is neither stored nor small, are coupled; `exact` is modal.
+Coordinates coordinates_of_reduced(const Scene& scene, const Instance& instance, const ReducedComponent& component,
+                                   bool has_diagonal_form);
+Coordinates coordinates_of_mesh(const Scene& scene, const Instance& instance, const Geometry& geometry);
+
+// In phases "read" and "setup" of the report. InputError: a missing or stale superelement (with the command to run).
+ReducedComponent read_reduced_component(const Scene& scene, const Component& component, const BuildOptions& options,
+                                        Report& report);
+MeshedComponent read_meshed_component(const Scene& scene, const Component& component, Report& report);
+
+}  // namespace cbr

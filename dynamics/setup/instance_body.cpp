@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/setup/instance_body.hpp"
+
+#include <map>
+#include <utility>
+
+#include "dynamics/bodies/coupled_body.hpp"
+#include "dynamics/bodies/superelement_body.hpp"
+#include "dynamics/setup/skin_shells.hpp"
+
+namespace cbr {
+namespace {
+
+Placement placement_of(const Instance& instance) { return {instance.transformation(), instance.position, instance.velocity}; }
+
+Scheme scheme_of(const TimeOptions& time) {
+  if (time.integrator == Integrator::newmark) return Scheme::newmark;
+  return time.integrator == Integrator::exact ? Scheme::exact : Scheme::central_difference;
+}
+
+// The held directions of an instance in component axes; several conditions on one node are joined.
+std::vector<HeldDirection> held_directions(const Scene& scene, const Instance& instance, const Geometry& geometry) {
+  std::map<std::pair<Index, int>, bool> held;
+  for (const BoundaryCondition& condition : scene.boundary) {
+    if (condition.instance != instance.name) continue;
+    for (const Index node : find_nodes(geometry, instance.name, condition.nodes, condition.source))
+      for (int c = 0; c < 3; ++c)
+        if (condition.fix[c]) held[{node, c}] = true;
+  }
+  const Matrix3 T = instance.transformation();
+  std::vector<HeldDirection> list;
+  // u_scene = T u, so e_c . u_scene = (T^T e_c) . u
+  for (const auto& [at, unused] : held) list.push_back({at.first, T.row(at.second).transpose()});
+  return list;
+}
+
+std::string where(const Instance& instance) { return "instance '" + instance.name + "'"; }
+
+CoupledModel model_of(const MeshedComponent& component) { return coupled_model(*component.fe, component.geometry->coordinates); }
+
+CoupledModel model_of(const ReducedComponent& component) {
+  if (component.parts.size() == 1) return coupled_model(component.parts.front().superelement);
+  std::vector<std::shared_ptr<const Superelement>> domains;
+  std::vector<std::vector<Index>> place;
+  for (const ReducedPart& part : component.parts) domains.push_back(part.superelement), place.push_back(part.node);
+  return coupled_model(domains, component.geometry->coordinates, place, component.rigid_body);
+}
+
+}  // namespace
+
+template <typename Component>
+BodyMaker::Shelled& BodyMaker::shelled(const Instance& instance, const Component& component) {
+  // Of one component, instances differ in which of their surfaces the skin names.
+  std::string key = instance.component + (instance.as == InstanceKind::mesh ? " mesh" : " superelement");
+  if (skin_acts(scene_))
+    for (const auto& [name, surface] : component.geometry->surfaces)
+      for (const std::string& skinned : scene_.skin->surfaces)
+        if (skinned == name || skinned == instance.name + "." + name) key += " " + name;
+  Shelled& shelled = shelled_[key];
+  if (!shelled.model) {
+    CoupledModel model = model_of(component);
+    if (skin_acts(scene_)) add_shells(skin_shells(scene_, instance.name, *component.geometry), model);
+    shelled.model = std::make_shared<CoupledModel>(std::move(model));
+  }
+  return shelled;
+}
+
+InstanceBody BodyMaker::make_coupled(const Instance& instance, const Geometry& geometry, const Shelled& shelled) {
+  // Meshes under `exact` move by central differences.
+  const Scheme scheme = scene_.time->integrator == Integrator::newmark ? Scheme::newmark : Scheme::central_difference;
+  return {coupled_body(instance.name, shelled.model, placement_of(instance), held_directions(scene_, instance, geometry), scheme,
+                       {scene_.time->alpha}),
+          shelled.model->rigid_body.mass};
+}
+
+InstanceBody BodyMaker::make_modal(const Instance& instance, const ReducedComponent& component) {
+  std::shared_ptr<const DiagonalForm> form = component.form;
+  if (is_held(scene_, instance)) {
+    const auto held = held_directions(scene_, instance, *component.geometry);
+    form = std::make_shared<DiagonalForm>(held_diagonal_form(*component.superelement, held, where(instance)));
+  }
+  return {std::make_unique<SuperelementBody>(instance.name, component.superelement, form, placement_of(instance),
+                                             scheme_of(*scene_.time), NewmarkOptions{scene_.time->alpha}),
+          component.rigid_body.mass};
+}
+
+InstanceBody BodyMaker::make_modal_with_shells(const Instance& instance, const ReducedComponent& component) {
+  Shelled& with = shelled(instance, component);
+  if (!with.nodes) with.nodes = std::make_shared<Superelement>(nodes_only(*with.model));
+  const auto form_of = [&](const std::vector<HeldDirection>& held) {
+    return std::make_shared<DiagonalForm>(diagonal_form(*with.model, held, where(instance)));
+  };
+  std::shared_ptr<const DiagonalForm> form;
+  if (is_held(scene_, instance)) {
+    form = form_of(held_directions(scene_, instance, *component.geometry));
+  } else {
+    if (!with.form) with.form = form_of({});
+    form = with.form;
+  }
+  return {std::make_unique<SuperelementBody>(instance.name, with.nodes, form, placement_of(instance), Scheme::exact),
+          with.model->rigid_body.mass};
+}
+
+InstanceBody BodyMaker::make(const Instance& instance, const ReducedComponent& component) {
+  const bool stored = component.form != nullptr;
+  if (coordinates_of_reduced(scene_, instance, component, stored) == Coordinates::coupled)
+    return make_coupled(instance, *component.geometry, shelled(instance, component));
+  return has_shells(scene_, instance, *component.geometry) ? make_modal_with_shells(instance, component)
+                                                           : make_modal(instance, component);
+}
+
+InstanceBody BodyMaker::make(const Instance& instance, const MeshedComponent& component) {
+  if (coordinates_of_mesh(scene_, instance, *component.geometry) == Coordinates::coupled)
+    return make_coupled(instance, *component.geometry, shelled(instance, component));
+  return {std::make_unique<MeshBody>(instance.name, component.model, placement_of(instance),
+                                     held_directions(scene_, instance, *component.geometry), threads_),
+          component.model->rigid_body.mass};
+}
+
+}  // namespace cbr

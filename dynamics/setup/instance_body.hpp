@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The body that an instance becomes: by what it is, what is on it, and the integrator.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+
+#include "dynamics/bodies/coupled_model.hpp"
+#include "dynamics/setup/component_model.hpp"
+
+namespace cbr {
+
+struct InstanceBody {
+  std::unique_ptr<Body> body;
+  double mass = 0;  // with shells
+};
+
+class BodyMaker {
+ public:
+  BodyMaker(const Scene& scene, std::shared_ptr<RowThreads> threads) : scene_(scene), threads_(std::move(threads)) {}
+
+  // InputError: boundary conditions on nodes that are not there; shells that cannot be. RunError: a mass that is not positive
+  // definite.
+  InstanceBody make(const Instance& instance, const ReducedComponent& component);
+  InstanceBody make(const Instance& instance, const MeshedComponent& component);
+
+ private:
+  struct Shelled {
+    std::shared_ptr<const CoupledModel> model;
+    std::shared_ptr<const Superelement> nodes;  // of the model, for its diagonal form
+    std::shared_ptr<const DiagonalForm> form;   // of the free model
+  };
+  template <typename Component>
+  Shelled& shelled(const Instance& instance, const Component& component);
+  InstanceBody make_coupled(const Instance& instance, const Geometry& geometry, const Shelled& shelled);
+  InstanceBody make_modal(const Instance& instance, const ReducedComponent& component);
+  InstanceBody make_modal_with_shells(const Instance& instance, const ReducedComponent& component);
+
+  const Scene& scene_;
+  std::shared_ptr<RowThreads> threads_;
+  std::map<std::string, Shelled> shelled_;  // by component, kind and skinned surfaces
+};
+
+}  // namespace cbr
