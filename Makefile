@@ -6,11 +6,13 @@ PRESET ?= release
 PYTHON ?= /usr/bin/python3
 export PYTHON
 
-.PHONY: help packages configure programs build test demo dissimilar hertz bench-contact install check clean
+.PHONY: help packages configure programs build test demo paper fig3 fig5 fig6 fig8 fig9 fig10 fig11 fig12 eqs eq18 dissimilar hertz bench-contact install check clean
 .DEFAULT_GOAL := help
 
 help:
 	@echo "make demo      packages, build, the paper's block impact through all three programs, plots"
+	@echo "make paper     every figure and table of the paper, and a contents page, in $(BUILD)/paper (an hour; FAST=1: smaller meshes, two minutes)"
+	@echo "make fig5      one of them: $(PAPER)"
 	@echo "make dissimilar  the paper's second example, sphere and brick against a dense block: runs, plots, table (5 minutes)"
 	@echo "make hertz       steel balls on each other and on a plane against Hertz: runs, plots, table (5 minutes)"
 	@echo "make bench-contact  seconds a step against contact nodes, 100 to 10 000, by phase (5 minutes)"
@@ -43,6 +45,12 @@ check:
 demo: programs
 	$(MAKE) -C tests/cases/block-impact BIN=$(abspath $(BUILD))/bin
 
+# docs/reproducing-the-paper.md
+PAPER = fig3 fig5 fig6 fig8 fig9 fig10 fig11 fig12 eqs eq18
+paper $(PAPER): programs
+	cmake --build $(BUILD) --parallel $(JOBS) --target analytic_accelerated_interface
+	$(MAKE) -C tests/cases/paper $(if $(filter paper,$@),all,$@) BIN=$(abspath $(BUILD))/bin OUT=$(abspath $(BUILD))/paper$(if $(FAST),-fast) FAST=$(FAST)
+
 dissimilar: programs
 	$(MAKE) -C tests/cases/dissimilar-blocks all check BIN=$(abspath $(BUILD))/bin
 
@@ -64,3 +72,4 @@ clean:
 	$(MAKE) -C tests/cases/block-impact clean
 	$(MAKE) -C tests/cases/dissimilar-blocks clean
 	$(MAKE) -C tests/cases/hertz clean
+	$(MAKE) -C tests/cases/paper clean
