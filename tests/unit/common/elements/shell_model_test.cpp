@@ -207,6 +207,8 @@ TEST(ShellModel, RefusesByName) {
   mesh = sound;
   mesh.faces(2, 1) = 999;
   EXPECT_NE(run({steel, 1}).find("row 999 of 20"), std::string::npos);
+  mesh = shell_grid(Faces::quads, 71, 71, [](double x, double y) { return Vector3(x, y, 0); });
+  EXPECT_NE(run({{1, 0.3, 0}, 1}).find("5184 nodes with a modulus but no density"), std::string::npos);
 }
 
 }  // namespace
