@@ -11,9 +11,11 @@
 #include "common/program.hpp"
 #include "common/scene_words.hpp"
 #include "reducer/decomposition.hpp"
+#include "reducer/diagonal_form.hpp"
 #include "reducer/domains.hpp"
 #include "reducer/estimate.hpp"
 #include "reducer/reduce.hpp"
+#include "reducer/second_reduction.hpp"
 #include "reducer/summary.hpp"
 
 namespace cbr {
@@ -44,7 +46,6 @@ void refuse_what_is_not_there_yet(const ReductionOptions& reduction) {
   if (reduction.basis != "craig-bampton") {
     throw InputError("basis '" + reduction.basis + "' is not available yet: use craig-bampton");
   }
-  if (reduction.has_second_reduction()) throw InputError("second_reduction is not available yet: leave it out");
 }
 
 // A mistyped -o or superelement: would cost the user a mesh or the scene.
@@ -106,6 +107,8 @@ std::map<std::string, std::string> provenance(const Component& component, const 
   if (reduction.cutoff_hz) p["cutoff_hz"] = number_text(*reduction.cutoff_hz);
   p["pick"] = reduction.pick;
   p["domains"] = std::to_string(reduction.domains);
+  if (reduction.second_modes) p["second_modes"] = std::to_string(*reduction.second_modes);
+  if (reduction.second_cutoff_hz) p["second_cutoff_hz"] = number_text(*reduction.second_cutoff_hz);
   p["recovery"] = reduction.recovery ? "true" : "false";
   return p;
 }
@@ -155,19 +158,18 @@ class Reducer {
                 const std::string& hash, const std::map<std::string, std::string>& provenance) {
     ReductionFigures figures;
     Superelement s = reduce(mesh, properties, component.mass, *component.reduction, settings_, report_, &figures);
-    s.content_hash = hash;
-    s.provenance = provenance;
-    {
-      const auto phase = report_.phase("writing the superelement");
-      write_superelement(s, component.reduction->superelement);
-    }
-    summarise(s, figures, component.reduction->superelement, report_);
+    finish(std::move(s), figures, component, hash, provenance);
   }
 
   void make_group(const Mesh& mesh, const std::vector<BlockProperties>& properties, const Component& component,
                   const std::string& hash, const std::map<std::string, std::string>& provenance) {
     GroupFigures figures;
     SuperelementGroup group = reduce_domains(mesh, properties, component.mass, *component.reduction, settings_, report_, &figures);
+    summarise_domains(group, figures, report_);
+    if (component.reduction->has_second_reduction()) {
+      make_second(mesh, group, figures.n_dofs, component, hash, provenance);
+      return;
+    }
     group.content_hash = hash;
     group.provenance = provenance;
     for (auto& domain : group.domains) domain.content_hash = hash;
@@ -175,8 +177,32 @@ class Reducer {
       const auto phase = report_.phase("writing the superelements");
       write_superelement_group(group, component.reduction->superelement);
     }
-    summarise_domains(group, figures, report_);
     summarise_group(group, component.reduction->superelement, report_);
+  }
+
+  void make_second(const Mesh& mesh, const SuperelementGroup& group, Index n_dofs, const Component& component,
+                   const std::string& hash, const std::map<std::string, std::string>& provenance) {
+    const ReductionOptions& reduction = *component.reduction;
+    ReductionFigures figures;
+    Superelement s =
+        reduce_again(group, component_interface(mesh, reduction.interface_sets), reduction, settings_, report_, &figures);
+    figures.n_dofs = n_dofs;
+    if (s.n() <= settings_.diagonal_limit) {
+      const auto phase = report_.phase("diagonal form");
+      add_diagonal_form(s, parts_of(mesh, s.node_ids));
+    }
+    finish(std::move(s), figures, component, hash, provenance);
+  }
+
+  void finish(Superelement&& s, const ReductionFigures& figures, const Component& component, const std::string& hash,
+              const std::map<std::string, std::string>& provenance) {
+    s.content_hash = hash;
+    s.provenance = provenance;
+    {
+      const auto phase = report_.phase("writing the superelement");
+      write_superelement(s, component.reduction->superelement);
+    }
+    summarise(s, figures, component.reduction->superelement, report_);
   }
 
   static void copy(const std::filesystem::path& from, const std::filesystem::path& to) {

@@ -157,26 +157,37 @@ RigidBody together(const std::vector<Superelement>& parts) {
   return whole;
 }
 
-void add_diagonal(const Mesh& mesh, const FiniteElementModel& model, Index limit, Report& report, SuperelementGroup& group) {
+void add_diagonal(const Mesh& mesh, Index limit, Report& report, SuperelementGroup& group) {
   Index n = 0;
   for (const auto& s : group.domains) n += s.k();
   n += 3 * static_cast<Index>(join_nodes(group).node_ids.size());
   if (n > limit) return;
   const auto phase = report.phase("diagonal form");
-  const std::vector<Index> part_of_node = connected_parts(mesh, model);
-  std::map<Index, Index> part_of_id;
-  for (std::size_t i = 0; i < model.nodes.size(); ++i) {
-    part_of_id[mesh.node_ids[static_cast<std::size_t>(model.nodes[i])]] = part_of_node[i];
-  }
   Superelement whole = join(group);
-  std::vector<Index> part;
-  for (const Index id : whole.node_ids) part.push_back(part_of_id.at(id));
-  add_diagonal_form(whole, part);
+  add_diagonal_form(whole, parts_of(mesh, whole.node_ids));
   group.omega = std::move(whole.omega);
   group.V = std::move(whole.V);
 }
 
 }  // namespace
+
+std::vector<Index> component_interface(const Mesh& mesh, const std::vector<std::string>& sets) {
+  std::vector<Index> ids;
+  for (const Index node : kept_nodes(mesh, nodes_of(mesh), sets)) ids.push_back(mesh.node_ids[static_cast<std::size_t>(node)]);
+  return ids;
+}
+
+std::vector<Index> parts_of(const Mesh& mesh, const std::vector<Index>& node_ids) {
+  const FiniteElementModel model = nodes_of(mesh);
+  const std::vector<Index> part_of_node = connected_parts(mesh, model);
+  std::map<Index, Index> part_of_id;
+  for (std::size_t i = 0; i < model.nodes.size(); ++i) {
+    part_of_id[mesh.node_ids[static_cast<std::size_t>(model.nodes[i])]] = part_of_node[i];
+  }
+  std::vector<Index> parts;
+  for (const Index id : node_ids) parts.push_back(part_of_id.at(id));
+  return parts;
+}
 
 SuperelementGroup reduce_domains(const Mesh& mesh, const std::vector<BlockProperties>& properties, MassKind mass,
                                  const ReductionOptions& options, const ReduceSettings& settings, Report& report,
@@ -204,7 +215,7 @@ SuperelementGroup reduce_domains(const Mesh& mesh, const std::vector<BlockProper
     f.seconds = report.seconds("reduction of the domains") - before;
   }
   group.rigid_body = together(group.domains);
-  add_diagonal(mesh, model, options.has_second_reduction() ? 0 : settings.diagonal_limit, report, group);
+  add_diagonal(mesh, options.has_second_reduction() ? 0 : settings.diagonal_limit, report, group);
   return group;
 }
 

@@ -2,6 +2,7 @@
 // One component in several domains: each reduced by itself, all at once.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "common/superelement_group.hpp"
@@ -30,5 +31,11 @@ struct GroupFigures {
 SuperelementGroup reduce_domains(const Mesh& mesh, const std::vector<BlockProperties>& properties, MassKind mass,
                                  const ReductionOptions& options, const ReduceSettings& settings, Report& report,
                                  GroupFigures* figures = nullptr);
+
+// Ids of the nodes that the component keeps, in the order of the mesh.
+std::vector<Index> component_interface(const Mesh& mesh, const std::vector<std::string>& sets);
+
+// Per node id the connected part of the mesh that it belongs to: connected_parts(), for add_diagonal_form().
+std::vector<Index> parts_of(const Mesh& mesh, const std::vector<Index>& node_ids);
 
 }  // namespace cbr

@@ -29,12 +29,13 @@ components:
       modes: 80
       pick: participation
       domains: 3
+      second_reduction: {modes: 40}
       recovery: true
       superelement: ../out/block.h5
   plate:
     mesh: /elsewhere/plate.e
     material: steel
-    reduction: {interface: contact, cutoff_hz: 2.0e6}
+    reduction: {interface: contact, cutoff_hz: 2.0e6, domains: 2, second_reduction: {cutoff_hz: 1.5e6}}
   bare: {mesh: bare.msh, blocks: {all: {material: steel}}}
 instances:
   right: {component: block, as: mesh, position: [0.0381, 0, 0], rotation: [10, -20.5, 1e-3], mirror: x, velocity: [-1, 0.1, 3810]}

@@ -204,6 +204,19 @@ TEST_F(Program, DomainsMakeAGroup) {
   EXPECT_FALSE(read_superelement_group(file).has_diagonal_form());
 }
 
+TEST_F(Program, ASecondReductionMakesOneSuperelement) {
+  const std::string file =
+      scene("{interface: [x_max], modes: 6, domains: 3, second_reduction: {modes: 8}, superelement: two.cbr.h5}");
+  run({file});
+  const Superelement s = read_superelement(path("two.cbr.h5"));
+  EXPECT_EQ(s.k(), 8);
+  EXPECT_TRUE(s.has_diagonal_form());
+  EXPECT_EQ(s.provenance.at("second_modes"), "8");
+  const auto written = fs::last_write_time(path("two.cbr.h5"));
+  run({file});
+  EXPECT_EQ(fs::last_write_time(path("two.cbr.h5")), written);
+}
+
 TEST_F(Program, RefusesWithTheCure) {
   EXPECT_NE(message_of({path("box.msh")}).find("--youngs-modulus is missing"), std::string::npos);
   EXPECT_NE(message_of(mesh_arguments({"--basis", "massles"})).find("massless"), std::string::npos);

@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "reducer/second_reduction.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <set>
+#include <utility>
+
+#include "common/error.hpp"
+#include "reducer/fixed_interface_modes.hpp"
+#include "reducer/joined_recovery.hpp"
+
+namespace cbr {
+namespace {
+
+constexpr double singular_pivot = 1e-14;
+
+JoinedPlaces places_of(const SuperelementGroup& group, const JoinedNodes& joined, const std::vector<Index>& interface_ids) {
+  const std::set<Index> kept(interface_ids.begin(), interface_ids.end());
+  JoinedPlaces places;
+  std::vector<Index> dof(joined.node_ids.size());  // first of the node: from 0 in the interior, from -1 downwards on the interface
+  for (const auto& s : group.domains) places.n_interior += s.k();
+  for (std::size_t i = 0; i < dof.size(); ++i) {
+    const bool interface = kept.contains(joined.node_ids[i]);
+    (interface ? places.interface_nodes : places.shared_nodes).push_back(static_cast<Index>(i));
+    dof[i] = interface ? JoinedPlaces::on_interface(places.n_interface) : places.n_interior;
+    (interface ? places.n_interface : places.n_interior) += 3;
+  }
+  Index first = 0;
+  for (std::size_t d = 0; d < group.domains.size(); ++d) {
+    const Superelement& s = group.domains[d];
+    auto& of = places.of_domain.emplace_back();
+    for (Index j = 0; j < s.k(); ++j) of.push_back(first++);
+    for (Index i = 0; i < s.c(); ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      const Index node = dof[static_cast<std::size_t>(joined.place[d][static_cast<std::size_t>(s.dof_node[at])])];
+      of.push_back(node >= 0 ? node + s.dof_component[at] : node - s.dof_component[at]);
+    }
+  }
+  return places;
+}
+
+enum class Which { K, M };
+using Triplets = std::vector<Eigen::Triplet<double, Index>>;
+
+// Calls take(row, column, value) for all non-zeros of a domain's K or M in its coordinates [k; c].
+template <typename Take>
+void for_entries(const Superelement& s, Which which, Take take) {
+  for (Index j = 0; j < s.k(); ++j) take(j, j, which == Which::K ? s.eigenvalues(j) : 1.0);
+  const Matrix& cc = which == Which::K ? s.K_cc : s.M_cc;
+  for (Index j = 0; j < s.c(); ++j) {
+    for (Index i = 0; i < s.c(); ++i) {
+      if (cc(i, j) != 0) take(s.k() + i, s.k() + j, cc(i, j));
+    }
+  }
+  if (which == Which::K) return;
+  for (Index j = 0; j < s.c(); ++j) {
+    for (Index i = 0; i < s.k(); ++i) {
+      take(i, s.k() + j, s.M_kc(i, j));
+      take(s.k() + j, i, s.M_kc(i, j));
+    }
+  }
+}
+
+// One block of the joined K or M: rows and columns of the interior or of the interface.
+SparseMatrix joined_block(const SuperelementGroup& group, const JoinedPlaces& places, Which which, bool rows_interior,
+                          bool columns_interior) {
+  Triplets triplets;
+  for (std::size_t d = 0; d < group.domains.size(); ++d) {
+    const auto& of = places.of_domain[d];
+    for_entries(group.domains[d], which, [&](Index i, Index j, double value) {
+      const Index row = of[static_cast<std::size_t>(i)], column = of[static_cast<std::size_t>(j)];
+      if ((row >= 0) != rows_interior || (column >= 0) != columns_interior) return;
+      triplets.emplace_back(row >= 0 ? row : JoinedPlaces::of_interface(row),
+                            column >= 0 ? column : JoinedPlaces::of_interface(column), value);
+    });
+  }
+  SparseMatrix A(rows_interior ? places.n_interior : places.n_interface, columns_interior ? places.n_interior : places.n_interface);
+  A.setFromTriplets(triplets.begin(), triplets.end());
+  return A;
+}
+
+Partition partition_of(const SuperelementGroup& group, const JoinedPlaces& places) {
+  Partition p;  // its lists of nodes stay empty: the interior is more than nodes
+  p.K_II = joined_block(group, places, Which::K, true, true);
+  p.K_IC = joined_block(group, places, Which::K, true, false);
+  p.K_CC = joined_block(group, places, Which::K, false, false);
+  p.M_II = joined_block(group, places, Which::M, true, true);
+  p.M_IC = joined_block(group, places, Which::M, true, false);
+  p.M_CC = joined_block(group, places, Which::M, false, false);
+  return p;
+}
+
+SparseCholesky factorise(const Partition& p) {
+  SparseCholesky factor(p.K_II);
+  if (p.n_interior() == 0 || (factor.ok() && factor.smallest_pivot() >= singular_pivot)) return factor;
+  throw InputError(
+      "second_reduction: the component's interface does not hold all of the component: a part of it could float or turn; add nodes "
+      "of that part to the interface, or leave second_reduction out");
+}
+
+Index n_modes_wanted(const Partition& p, const ReductionOptions& options) {
+  if (options.second_modes) return *options.second_modes;
+  return p.n_interior() > 0 ? count_modes_below(p, *options.second_cutoff_hz) : 0;
+}
+
+void describe_interface(const JoinedNodes& joined, const JoinedPlaces& places, Superelement& s) {
+  std::vector<Index> place(joined.node_ids.size(), -1);
+  for (const Index node : places.interface_nodes) {
+    const auto i = static_cast<Index>(s.node_ids.size());
+    place[static_cast<std::size_t>(node)] = i;
+    s.node_ids.push_back(joined.node_ids[static_cast<std::size_t>(node)]);
+    for (int component = 0; component < 3; ++component) {
+      s.dof_node.push_back(i);
+      s.dof_component.push_back(component);
+    }
+  }
+  s.coordinates = joined.coordinates(places.interface_nodes, Eigen::all);
+  s.surfaces = joined.surfaces;
+  for (Surface& surface : s.surfaces) {
+    for (Index& node : surface.faces.reshaped()) node = place[static_cast<std::size_t>(node)];
+  }
+  s.nodesets = joined.nodesets;
+  for (auto& [name, nodes] : s.nodesets) {
+    for (Index& node : nodes) node = place[static_cast<std::size_t>(node)];
+  }
+}
+
+}  // namespace
+
+Superelement reduce_again(const SuperelementGroup& group, const std::vector<Index>& interface_ids, const ReductionOptions& options,
+                          const ReduceSettings& settings, Report& report, ReductionFigures* figures) {
+  const auto phase = report.phase("second reduction");
+  ReductionFigures own;
+  ReductionFigures& f = figures != nullptr ? *figures : own;
+  const JoinedNodes joined = join_nodes(group);
+  const JoinedPlaces places = places_of(group, joined, interface_ids);
+  const Partition p = partition_of(group, places);
+  const SparseCholesky factor = factorise(p);
+  f.n_candidates = n_modes_wanted(p, options);
+  FixedInterfaceModes modes = fixed_interface_modes(p, factor, f.n_candidates, report);
+  CondensationOptions how;
+  how.memory = settings.memory > 0 ? settings.memory : half_of_memory();
+  how.way = settings.way;
+  how.panel = settings.panel;
+  how.keep_Psi = options.recovery;
+  Condensation condensed = condense(p, factor, modes.Phi, how, report);
+  Superelement s;
+  s.rigid_body = group.rigid_body;
+  describe_interface(joined, places, s);
+  s.eigenvalues = std::move(modes.lambda);
+  s.K_cc = std::move(condensed.K_cc);
+  s.M_cc = std::move(condensed.M_cc);
+  s.M_kc = std::move(condensed.M_kc);
+  if (options.recovery) s.recovery.push_back(joined_recovery(group, joined, places, condensed.Psi, modes.Phi));
+  f.n_interior = p.n_interior();
+  f.mode_method = modes.method;
+  f.modes_proven = modes.proven;
+  f.factor_nonzeros = factor.n_nonzeros();
+  f.factor_flops = factor.flops();
+  f.solve_flops = condensed.solve_flops;
+  f.product_flops = condensed.product_flops;
+  f.way = condensed.way;
+  f.panel = condensed.panel;
+  if (s.k() > 0) f.highest_frequency = std::sqrt(s.eigenvalues.maxCoeff()) / (2 * std::numbers::pi);
+  return s;
+}
+
+}  // namespace cbr
