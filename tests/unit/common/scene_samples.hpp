@@ -29,7 +29,6 @@ components:
       modes: 80
       pick: participation
       domains: 3
-      second_reduction: {modes: 40}
       recovery: true
       superelement: ../out/block.h5
   plate:

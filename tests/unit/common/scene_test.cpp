@@ -48,6 +48,9 @@ TEST(Scene, everyKeyArrives) {
   EXPECT_EQ(plate.element, Hex8Formulation::incompatible);
   EXPECT_EQ(plate.mass, MassKind::lumped);
   EXPECT_EQ(plate.reduction->cutoff_hz, 2e6);
+  EXPECT_EQ(plate.reduction->domains, 2);
+  EXPECT_EQ(plate.reduction->second_cutoff_hz, 1.5e6);
+  EXPECT_FALSE(plate.reduction->second_modes);
   EXPECT_EQ(plate.reduction->pick, "frequency");
   EXPECT_EQ(plate.reduction->interface_sets, std::vector<std::string>{"contact"});
   EXPECT_EQ(plate.reduction->superelement, folder / "plate.cbr.h5");
@@ -194,6 +197,8 @@ TEST(Scene, writtenAndReadIsTheSameScene) {
     EXPECT_EQ(written(read_text(elsewhere, once)), once);
   }
   // What is written is what was read, too: the full scene says nothing by default, so every value stands in the text.
+  const std::string modes = replaced(full_scene, "second_reduction: {cutoff_hz: 1.5e6}", "second_reduction: {modes: 40}");
+  EXPECT_EQ(read_text(elsewhere, written(read_text(folder, modes))).components.at("plate").reduction->second_modes, 40);
   const std::string once = written(read_text(folder, full_scene));
   for (const char* value :
        {"5.17e+12",      "-0.25",          "hex8-hourglass", "consistent",       "\"two words\"",   "modes: 80",

@@ -206,15 +206,15 @@ TEST_F(Program, DomainsMakeAGroup) {
 
 TEST_F(Program, ASecondReductionMakesOneSuperelement) {
   const std::string file =
-      scene("{interface: [x_max], modes: 6, domains: 3, second_reduction: {modes: 8}, superelement: two.cbr.h5}");
+      scene("{interface: [x_max], modes: 6, domains: 3, second_reduction: {modes: 8}}");
   run({file});
-  const Superelement s = read_superelement(path("two.cbr.h5"));
+  const Superelement s = read_superelement(path("box.cbr.h5"));
   EXPECT_EQ(s.k(), 8);
   EXPECT_TRUE(s.has_diagonal_form());
   EXPECT_EQ(s.provenance.at("second_modes"), "8");
-  const auto written = fs::last_write_time(path("two.cbr.h5"));
+  const auto written = fs::last_write_time(path("box.cbr.h5"));
   run({file});
-  EXPECT_EQ(fs::last_write_time(path("two.cbr.h5")), written);
+  EXPECT_EQ(fs::last_write_time(path("box.cbr.h5")), written);
 }
 
 TEST_F(Program, RefusesWithTheCure) {
