@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Figs 9, 10 and 11 of the paper from the results in a folder: fig9.png, fig10.png, fig11.png, table.txt.
+"""Figs 9, 10 and 11 of the paper from the results in a folder: fig9.png, fig10.png, fig11.png; modes.png: fewer modes; table.txt.
 
     plot.py out
 """
@@ -49,7 +49,7 @@ def legends(axes):
     for axis in axes.flat:
         if axis.get_legend_handles_labels()[0]:
             log = axis.get_yscale() == "log"
-            axis.legend(frameon=not log, edgecolor="none", fontsize=7.5, loc="best" if not log else "lower right" if axis.get_ylim()[0] > 1e-10 else "center right")
+            axis.legend(frameon=not log, edgecolor="none", fontsize=7.5, loc="best" if not log else "lower right", bbox_to_anchor=(0, 0, 1, 1) if not log or axis.get_ylim()[0] > 1e-10 else (0, 0.29, 1, 0.5))
 
 
 def curve(axis, run, label=None, **options):
@@ -105,9 +105,10 @@ def figure9(runs, folder):
         if implicit.scheme != "exact":
             to_reference(runs, below, implicit, f"full mesh, {scheme}, {1e9 * implicit.h:.3g} ns, to exact", color=BLUE, linewidth=1.2)
         for run in found[:1]:
-            to_reference(runs, below, run, f"superelements, explicit, {1e9 * run.h:.0f} ns, to exact", color=COLOURS[run.model], linewidth=1.2)
+            to_reference(runs, below, run, f"superelements, explicit, {1e9 * run.h:.0f} ns, to exact", color=INK, linewidth=1.2)
         to_runs(below, shells, "shells, all settings, to no shells", color="#7b4fa3", linewidth=1.2)
-        to_runs(below, [(r, full) for r in found], "superelements to full mesh, both explicit", color=GREY, linewidth=1.2)
+        for run in found:
+            to_runs(below, [(run, full)], f"{MODELS[run.model]} to full mesh, both explicit", color=COLOURS[run.model], linewidth=1, dashes=(3, 2))
     legends(axes)
     fig.savefig(folder / "fig9.png", dpi=110)
     plt.close(fig)
@@ -123,7 +124,8 @@ def figure10(runs, folder):
         multiples = sorted({r.multiple for r in found if r.multiple and r.model == "full"})
         for multiple in multiples:
             same = {r.model: r for r in found if r.multiple == multiple}
-            curve(top, same["full"], f"full mesh, step {multiple:g} x critical", color=STEPS[multiple], linewidth=3.6, alpha=0.4)
+            blind = ": sees no load" if same["full"].impulse == 0 else ""
+            curve(top, same["full"], f"full mesh, step {multiple:g} x critical{blind}", color=STEPS[multiple], linewidth=3.6, alpha=0.4)
             for model, dashes in zip("abc", ((6, 6), (4, 4), (2, 3))):
                 if model in same:
                     curve(top, same[model], color=STEPS[multiple], linewidth=1.1, dashes=dashes)
@@ -161,6 +163,28 @@ def figure11(runs, folder):
     plt.close(fig)
 
 
+def figure_modes(runs, folder):
+    """How many modes the load asks for: distance of superelements of fewer dofs."""
+    meshes = [m for m in runs.meshes() if any(r.model[1:].isdigit() for r in runs.all(mesh=m, scheme="exact"))]
+    if not meshes:
+        return
+    fig, axes = plt.subplots(1, len(meshes), figsize=(5.6 * len(meshes), 4.2), layout="constrained", sharey=True, squeeze=False)
+    for axis, mesh in zip(axes.flat, meshes):
+        for interface in "abc":
+            found = sorted((r for r in runs.all(mesh=mesh, hexes="bubble", scheme="exact") if r.model[1:].isdigit() and r.model[0] == interface), key=lambda r: r.dofs)
+            dof = [r.dofs / dofs(mesh, "full")[0] for r in found]
+            axis.semilogy(dof, [runs.difference(r) for r in found], "o-", color=COLOURS[interface], markersize=4, label=f"({interface}), loaded face")
+            axis.semilogy(dof, [runs.difference(r, "load") for r in found], "s--", color=COLOURS[interface], markersize=4, linewidth=1, label=f"({interface}), the two loaded element faces")
+        gaps = [runs.difference(r, hexes="bubble") for r in runs.all(mesh=mesh, hexes="under", scheme="exact", model="all")]
+        if gaps:
+            axis.axhline(gaps[0], color=GREY, linewidth=0.9, linestyle=":", label="full meshes of two hexes, loaded face")
+        style(axis, f"{' x '.join(map(str, MESHES[mesh]))} hexes: distance from the full mesh, exact in time", "dofs of the superelement / dofs of the mesh", "share of the largest displacement")
+        axis.set_xlim(0, 1.02)
+    axes[0, 0].legend(frameon=False, fontsize=7.5, loc="lower left")
+    fig.savefig(folder / "modes.png", dpi=110)
+    plt.close(fig)
+
+
 def table(runs, folder):
     rows = []
     for mesh in runs.meshes():
@@ -193,8 +217,9 @@ def main():
     figure9(runs, folder)
     figure10(runs, folder)
     figure11(runs, folder)
+    figure_modes(runs, folder)
     table(runs, folder)
-    print(f"plots in {folder}: fig9.png fig10.png fig11.png")
+    print(f"plots in {folder}: fig9.png fig10.png fig11.png modes.png")
 
 
 if __name__ == "__main__":

@@ -74,8 +74,8 @@ class Runs:
             run = self[name]
             if all(getattr(run, k) in (v if isinstance(v, tuple) else (v,)) for k, v in wanted.items()):
                 found.append(run)
-        order = {"full": 0, "all": 1, "a": 2, "b": 3, "c": 4}
-        return sorted(found, key=lambda r: (r.mesh, r.hexes, r.scheme, order[r.model], r.skin or "", r.multiple is None, r.h))
+        order = {"full": "0", "all": "1"}
+        return sorted(found, key=lambda r: (r.mesh, r.hexes, r.scheme, order.get(r.model, r.model[0]), len(r.model), r.model, r.skin or "", r.multiple is None, r.h))
 
     def meshes(self):
         return [m for m in ("coarse", "fine") if any(n.startswith(m) for n in self.paths)]
@@ -103,7 +103,8 @@ class Runs:
 def apart(first, second, surface="contact"):
     """Largest distance of two runs with the same times, of the largest displacement of the second."""
     assert first.t.size == second.t.size, f"{first.name}, {second.name}: other times"
-    return np.abs(first.x[surface] - second.x[surface]).max() / np.abs(second.x[surface]).max()
+    largest, gap = np.abs(second.x[surface]).max(), np.abs(first.x[surface] - second.x[surface]).max()
+    return gap / largest if largest > 0 else gap  # a step longer than the load sees none of it: 0
 
 
 def load_impulse(mesh):

@@ -5,7 +5,7 @@
     MESH    coarse: 10 x 5 x 8 hexes, 1782 dofs; fine: 20 x 10 x 15, 11088
     HEX     bubble: hex8-incompatible, as in Sierra/SD; under: hex8-hourglass, as in Sierra/SM; plain: hex8
     MODEL   full: the mesh; a, b, c: superelement of all dofs but one, interface the loaded face, both x faces, the whole surface;
-            all: as a, with every mode
+            all: as a, with every mode; a400: as a, with the 400 lowest modes, likewise b and c
     SCHEME  exact (superelements; its step does not matter) | explicit (central differences) | newmark
     STEP    xF: F times the critical step of the model; nM: 0.3 us / M, so that the load's corners fall on steps
     SHELL   three letters: modulus large (6.9e3) or small (6.9e-5), l | s; density large (0.11) or small (1.1e-5), l | s;
@@ -21,14 +21,14 @@ INTERFACES = {"a": ["contact"], "b": ["x_min", "contact"], "c": ["surface"]}
 SCHEMES = {"exact": "exact", "explicit": "central-difference", "newmark": "newmark"}
 MODULUS, DENSITY, THICKNESS = {"l": 6.9e3, "s": 6.9e-5}, {"l": 0.11, "s": 1.1e-5}, {"n": 2.5e-10, "k": 2.5e-4}
 CORNER, END = 3e-7, 1.2e-5
-NAME = re.compile(r"(coarse|fine)-(bubble|under|plain)-(full|a|b|c|all)-(exact|explicit|newmark)(?:-([xn])([\d.]+))?(?:-([ls][ls][nk]|zero))?")
+NAME = re.compile(r"(coarse|fine)-(bubble|under|plain)-(full|all|[abc]\d*)-(exact|explicit|newmark)(?:-([xn])([\d.]+))?(?:-([ls][ls][nk]|zero))?")
 
 
 def dofs(mesh, model):
     """Of the mesh, and of the interface of a superelement of it (0: full mesh)."""
     nx, ny, nz = (n + 1 for n in MESHES[mesh])
     surface = nx * ny * nz - (nx - 2) * (ny - 2) * (nz - 2)
-    nodes = {"full": 0, "a": ny * nz, "all": ny * nz, "b": 2 * ny * nz, "c": surface}[model]
+    nodes = {"f": 0, "a": ny * nz, "b": 2 * ny * nz, "c": surface}[model[0]]
     return 3 * nx * ny * nz, 3 * nodes
 
 
@@ -42,9 +42,9 @@ def variant(text, name):
     if not found or (found[4] == "exact") != (found[5] is None):
         sys.exit(f"scene.py: {name}: see --help")
     mesh, hexes, model, scheme, unit, amount, skin = found.groups()
-    interface = INTERFACES["a" if model in ("full", "all") else model]
+    interface = INTERFACES["a" if model == "full" else model[0]]
     total, kept = dofs(mesh, model)
-    modes = total - kept - (model != "all")
+    modes = int(model[1:]) if model[1:].isdigit() else total - kept - (model != "all")
     changes = [("mesh: coarse.msh", f"mesh: {mesh}.msh"), ("element: hex8-incompatible", f"element: {HEXES[hexes]}"),
                ("interface: [contact, load]", f"interface: [{', '.join(interface)}, load]"), ("modes: 1619", f"modes: {modes}"),
                ("coarse-bubble-a.cbr", f"{mesh}-{hexes}-{'a' if model == 'full' else model}.cbr"),
