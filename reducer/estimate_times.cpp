@@ -46,8 +46,8 @@ double second_seconds(const DomainEstimate& d, double flops) {
   return d.factor_flops / (factor_rate * flops) + condensation + std::min(modes, dense_general * n * n * n / flops);
 }
 
-// Entries of K_cc, and of M_kc twice.
-double step_entries(const DomainEstimate& d) { return d.c() * d.c() + 2 * d.k() * d.c(); }
+// Entries of half of K_cc, which is symmetric, and of M_kc twice.
+double step_entries(const DomainEstimate& d) { return d.c() * (d.c() + 1) / 2 + 2 * d.k() * d.c(); }
 
 }  // namespace
 

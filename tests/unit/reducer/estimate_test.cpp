@@ -9,6 +9,8 @@
 
 #include "common/error.hpp"
 #include "reducer/command.hpp"
+#include "reducer/decomposition.hpp"
+#include "reducer/domains.hpp"
 #include "reducer/reduce.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 
@@ -113,6 +115,40 @@ TEST(Estimate, IsWhatAReductionHas) {
       // Ordered by nodes instead of dofs: not the same factor to the last entry.
       EXPECT_NEAR(d.factor_nonzeros / figures.factor_nonzeros, 1, 0.1);
       EXPECT_NEAR(d.factor_flops / figures.factor_flops, 1, 0.2);
+    }
+  }
+}
+
+// The same cut: decompose() is deterministic.
+TEST(Estimate, IsWhatADecompositionHas) {
+  for (const Index N : {8, 12}) {
+    for (const Index D : {2, 4, 8}) {
+      for (const char* interface : {"x_max", "surface"}) {
+        const Mesh mesh = cube(N);
+        const auto material = properties(mesh, paper_steel());
+        const ReductionOptions options = options_of(interface, 10, D);
+        ReduceSettings settings;
+        settings.diagonal_limit = 500;
+        const Estimate e = estimate(mesh, material, options, decompose(mesh, D).domain, settings.diagonal_limit);
+        Report report("test", Verbosity::quiet);
+        GroupFigures figures;
+        const SuperelementGroup group = reduce_domains(mesh, material, MassKind::lumped, options, settings, report, &figures);
+        ASSERT_EQ(e.domains.size(), group.domains.size());
+        Index nonzeros = group.V.size() + group.omega.size();
+        for (std::size_t i = 0; i < group.domains.size(); ++i) {
+          const Superelement& s = group.domains[i];
+          const DomainEstimate& d = e.domains[i];
+          EXPECT_EQ(d.n_elements, figures.domains[i].n_elements);
+          EXPECT_EQ(d.c(), static_cast<double>(s.c()));
+          EXPECT_EQ(d.k(), static_cast<double>(s.k()));
+          EXPECT_EQ(d.n_interior_dofs, figures.domains[i].reduction.n_interior);
+          EXPECT_NEAR(d.factor_nonzeros, figures.domains[i].reduction.factor_nonzeros, 0.15 * d.factor_nonzeros + 1);
+          nonzeros += s.K_cc.size() + s.M_cc.size() + s.M_kc.size() + s.eigenvalues.size();
+        }
+        EXPECT_EQ(e.n_joined_nodes, static_cast<Index>(join_nodes(group).node_ids.size()));
+        EXPECT_EQ(e.has_diagonal_form, group.has_diagonal_form());
+        EXPECT_EQ(e.file_nonzeros(), static_cast<double>(nonzeros));
+      }
     }
   }
 }
