@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Predicted times and memory. The rates of each phase relative to dgemm are measurements: docs/decisions/decomposition.md.
+// Predicted times and memory. What the rates of each phase relative to dgemm rest on: docs/decisions/decomposition.md.
 #include <algorithm>
 #include <cmath>
 
