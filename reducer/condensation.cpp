@@ -13,6 +13,16 @@ constexpr Index good_panel = 512;
 // A solve with the sparse factor runs at about a fifth of dgemm's rate (docs/decisions/reduction.md).
 constexpr double solve_penalty = 5;
 
+// A sparse matrix with more than this share of non-zeros is faster as a dense one: joined domains, sums of dense blocks.
+constexpr double dense_share = 0.03;
+
+Matrix product(const SparseMatrix& A, const Eigen::Ref<const Matrix>& X) {
+  const double share =
+      static_cast<double>(A.nonZeros()) / std::max(1.0, static_cast<double>(A.rows()) * static_cast<double>(A.cols()));
+  if (share > dense_share && X.cols() > 1) return Matrix(A) * X;
+  return A * X;
+}
+
 void symmetrise(Matrix& A) {
   constexpr Index tile = 64;
   for (Index j = 0; j < A.cols(); j += tile) {
@@ -36,12 +46,12 @@ class Condenser {
         report_(report),
         K_CI_(p.K_IC.transpose()),
         M_CI_(p.M_IC.transpose()),
-        M_Phi_(p.M_II * Phi) {
+        M_Phi_(product(p.M_II, Phi)) {
     choose();
     result_.K_cc = Matrix(p.K_CC);
     result_.M_cc = Matrix(p.M_CC);
     // Phi^T M_IC   (k x c); the rest is added panel by panel
-    result_.M_kc = (M_CI_ * Phi).transpose();
+    result_.M_kc = product(M_CI_, Phi).transpose();
   }
 
   Condensation run() {
@@ -87,7 +97,7 @@ class Condenser {
   // What a panel of Psi adds to K_cc and M_kc.
   void add_linear_terms(Index first, const Eigen::Ref<const Matrix>& P) {
     // K_cc += K_CI Psi   (c x panel)
-    result_.K_cc.middleCols(first, P.cols()) += K_CI_ * P;
+    result_.K_cc.middleCols(first, P.cols()) += product(K_CI_, P);
     // M_kc += (M_II Phi)^T Psi   (k x panel)
     if (M_Phi_.cols() > 0) result_.M_kc.middleCols(first, P.cols()).noalias() += M_Phi_.transpose() * P;
     result_.product_flops += 2.0 * static_cast<double>(p_.n_interior()) * static_cast<double>(M_Phi_.cols() * P.cols());
@@ -121,9 +131,9 @@ class Condenser {
   // M_cc = M_CC + H + H^T + Psi^T (M_II Psi), H = M_CI Psi   (c x c), the product on the lower half only
   void consistent_product() {
     const Index c = p_.n_interface();
-    const Matrix H = M_CI_ * result_.Psi;
+    const Matrix H = product(M_CI_, result_.Psi);
     result_.M_cc += H + H.transpose();
-    const Matrix Y = p_.M_II * result_.Psi;
+    const Matrix Y = product(p_.M_II, result_.Psi);
     for (Index j = 0; j < c; j += good_panel) {
       const Index columns = std::min(good_panel, c - j);
       result_.M_cc.block(j, j, c - j, columns).noalias() += result_.Psi.rightCols(c - j).transpose() * Y.middleCols(j, columns);
@@ -143,14 +153,14 @@ class Condenser {
       constraint_modes(j, P);
       if (options_.keep_Psi) result_.Psi.middleCols(j, columns) = P;
       add_linear_terms(j, P);
-      if (!p_.lumped) result_.M_cc.middleCols(j, columns) += M_CI_ * P;
-      Y.noalias() = p_.M_II * P;
+      if (!p_.lumped) result_.M_cc.middleCols(j, columns) += product(M_CI_, P);
+      Y = product(p_.M_II, P);
       for (Index i = 0; i < columns; ++i) {
         for (SparseMatrix::InnerIterator it(p_.M_IC, j + i); it; ++it) Y(it.row(), i) += it.value();
       }
       factor_.solve_in_place(Y);
       result_.solve_flops += 4 * factor_.n_nonzeros() * static_cast<double>(columns);
-      result_.M_cc.middleCols(j, columns) -= K_CI_ * Y;
+      result_.M_cc.middleCols(j, columns) -= product(K_CI_, Y);
     }
     report_.end_progress();
   }

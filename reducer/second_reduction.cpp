@@ -131,21 +131,26 @@ void describe_interface(const JoinedNodes& joined, const JoinedPlaces& places, S
 
 Superelement reduce_again(const SuperelementGroup& group, const std::vector<Index>& interface_ids, const ReductionOptions& options,
                           const ReduceSettings& settings, Report& report, ReductionFigures* figures) {
-  const auto phase = report.phase("second reduction");
   ReductionFigures own;
   ReductionFigures& f = figures != nullptr ? *figures : own;
   const JoinedNodes joined = join_nodes(group);
   const JoinedPlaces places = places_of(group, joined, interface_ids);
-  const Partition p = partition_of(group, places);
-  const SparseCholesky factor = factorise(p);
-  f.n_candidates = n_modes_wanted(p, options);
-  FixedInterfaceModes modes = fixed_interface_modes(p, factor, f.n_candidates, report);
+  const auto timed = [&](const char* name, auto work) {
+    const auto phase = report.phase(std::string("second reduction: ") + name);
+    return work();
+  };
+  const Partition p = timed("assembly", [&] { return partition_of(group, places); });
+  const SparseCholesky factor = timed("factorisation", [&] { return factorise(p); });
+  FixedInterfaceModes modes = timed("modes", [&] {
+    f.n_candidates = n_modes_wanted(p, options);
+    return fixed_interface_modes(p, factor, f.n_candidates, report);
+  });
   CondensationOptions how;
   how.memory = settings.memory > 0 ? settings.memory : half_of_memory();
   how.way = settings.way;
   how.panel = settings.panel;
   how.keep_Psi = options.recovery;
-  Condensation condensed = condense(p, factor, modes.Phi, how, report);
+  Condensation condensed = timed("condensation", [&] { return condense(p, factor, modes.Phi, how, report); });
   Superelement s;
   s.rigid_body = group.rigid_body;
   describe_interface(joined, places, s);
