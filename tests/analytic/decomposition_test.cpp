@@ -115,8 +115,8 @@ TEST_P(Decomposition, SecondReductionWithAllModesLosesNothing) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Integrators, Decomposition, testing::Values("exact", "central-difference", "newmark"),
-                         [](const auto& of) {
-                           std::string name = of.param;
+                         [](const auto& info) {
+                           std::string name = info.param;
                            std::erase(name, '-');
                            return name;
                          });
