@@ -125,7 +125,7 @@ void CoupledBody::add_impulses(Index set, const Points& impulses, ImpulseKind ki
     v_end_ += dp;
     u_end_ += h_ * dp;
   } else {
-    move_ += h_ * dp;
+    move_ += 0.5 * h_ * dp;
     u_end_ = u_ + move_;
   }
 }
@@ -163,7 +163,7 @@ Vector3 CoupledBody::add_velocities(Index set, const Points& velocities, const V
   return extra;
 }
 
-// Kicks work with the mean of the velocities before and after them.
+// Kicks work with a mean velocity: of those before and after them, or of the step.
 void CoupledBody::book_kicks(const Vector& mean_velocity) {
   for (const Kick& kick : kicks_) {
     const double work = kick.impulse.dot(displacement(mean_velocity, kick.node));
@@ -188,12 +188,11 @@ void CoupledBody::accept_central() {
 }
 
 // What belongs to the end follows from the move that contact has left: F_1 = f_1 - K u_1, M a_1 = (1 + alpha) F_1 - alpha F_0 and
-// p_1 = p_0 + h ((1 - gamma) M a_0 + gamma M a_1).
+// p_1 = p_0 + h ((1 - gamma) M a_0 + gamma M a_1) + the impulses, which are no part of a (newmark.hpp).
 void CoupledBody::accept_newmark() {
   const double alpha = newmark_.alpha, gamma = newmark_.gamma();
   if (kicked_) {
-    v_now_ = p_ + 0.5 * kick_;
-    system_->factor(0).solve(v_now_);
+    v_now_ = move_ / h_;
     book_kicks(v_now_);
     p_ += kick_;
   }
@@ -219,7 +218,7 @@ void CoupledBody::accept_newmark() {
 
 // With [.] the change over a step and [.]' that over the step before, the energy changes beyond the loads' [u] . (f_0 + f_1) / 2 by
 //   loads:   -k [u] . ([f] - [f]'),   k = alpha (1/2 + alpha)
-//   scheme:  k [u] . ([K u] - [K u]') - alpha^2 h^2 / 4 (1/2 [a . M a] - alpha [a] . M [a]).
+//   scheme:  k [u] . ([K u] - [K u]') - alpha^2 h^2 / 4 (1/2 [a . M a] - alpha [a] . M [a]) - alpha^2 h / 4 impulses . [a].
 void CoupledBody::book_scheme(const Vector& change_of_Ku) {
   const double alpha = newmark_.alpha, k = alpha * (0.5 + alpha), quarter = 0.25 * alpha * alpha * h_ * h_;
   if (!loads_.empty()) {
@@ -233,6 +232,7 @@ void CoupledBody::book_scheme(const Vector& change_of_Ku) {
   system_->factor(0).solve(a_1);
   const double a1_Ma1 = a_1.dot(Ma_), a0_Ma1 = a_.dot(Ma_);
   work_.numerical -= quarter * (0.5 * (a1_Ma1 - a0_Ma0_) - alpha * (a1_Ma1 - 2 * a0_Ma1 + a0_Ma0_));
+  if (kicked_) work_.numerical -= quarter / h_ * (kick_.dot(a_1) - kick_.dot(a_));
   a0_Ma0_ = a1_Ma1;
   a_.swap(a_1);
 }

@@ -70,7 +70,9 @@ NodeResponse CoupledBody::response(Index set, double h) const {
   bool node_by_node = scheme_ == Scheme::central_difference && A.diagonal().size() > 0;
   for (std::size_t i = 0; node_by_node && i < nodes.size(); ++i) node_by_node = !system_->is_held(nodes[i]);
   if (!node_by_node) {
-    response.dense = h * system_->nodal_inverse(theta(h), nodes, placement_.T);
+    // h M^-1, or h / 2 A^-1 (newmark.hpp)
+    const double weight = scheme_ == Scheme::newmark ? 0.5 * h : h;
+    response.dense = weight * system_->nodal_inverse(theta(h), nodes, placement_.T);
     return response;
   }
   // A lumped mesh: the mass of a node is the same in all directions, and its row of M R is that mass.

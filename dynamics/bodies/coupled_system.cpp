@@ -53,9 +53,35 @@ CoupledSystem::CoupledSystem(std::shared_ptr<const CoupledModel> model, std::vec
     multiply_mass(column, product);
     MR_.col(j) = product;
   }
+  deformation_.setZero(n_);
+  takes_translation_out_ = translations_are_free();
+}
+
+// A superelement whose interface lacks some dofs may answer to a translation of the others.
+bool CoupledSystem::translations_are_free() {
+  const Matrix R = rigid_motions(*model_);
+  Vector y(n_);
+  // Any displacement of the size of a unit translation
+  const Vector x = Vector::NullaryExpr(n_, [](Index i) { return i % 2 == 0 ? 1.0 : -1.0; });
+  multiply_stiffness_as_is(x, y);
+  const double scale = y.norm();
+  for (int c = 0; c < 3; ++c) {
+    multiply_stiffness_as_is(R.col(c), y);
+    if (!(y.norm() <= 1e-10 * scale)) return false;
+  }
+  return true;
 }
 
 void CoupledSystem::multiply_stiffness(const Vector& x, Vector& y) {
+  if (!takes_translation_out_) return multiply_stiffness_as_is(x, y);
+  deformation_ = x;
+  Eigen::Map<Points> u(deformation_.data() + n_modal_, model_->coordinates.rows(), 3);
+  const Eigen::RowVector3d mean = u.colwise().mean();
+  u.rowwise() -= mean;
+  multiply_stiffness_as_is(deformation_, y);
+}
+
+void CoupledSystem::multiply_stiffness_as_is(const Vector& x, Vector& y) {
   if (K_.rows() > 0) {
     multiply(K_, x.data() + n_modal_, y.data() + n_modal_, threads_);
   } else {

@@ -24,7 +24,8 @@ class CoupledSystem {
   Index n_free() const { return n_modal_ + free_.Z.cols(); }
   const Matrix& rigid_momentum() const { return MR_; }  // M R, n x 6
 
-  void multiply_stiffness(const Vector& x, Vector& y);  // y = K x, n
+  // y = K x, n. The mean translation of x, which has no stiffness, is taken out first: a body that flies far keeps its digits.
+  void multiply_stiffness(const Vector& x, Vector& y);
   void multiply_mass(const Vector& x, Vector& y);
   void drop_held(Vector& f) const;  // the part of nodal forces or displacements along held directions := 0
   bool is_held(Index node) const;
@@ -39,6 +40,9 @@ class CoupledSystem {
   double stiffness_bytes() const;  // that a product must read
 
  private:
+  void multiply_stiffness_as_is(const Vector& x, Vector& y);
+  bool translations_are_free();
+
   std::shared_ptr<const CoupledModel> model_;
   std::vector<HeldDirection> held_;
   std::string where_;
@@ -48,6 +52,8 @@ class CoupledSystem {
   BlockMatrix K_, M_;
   RowThreads threads_;
   Matrix MR_;
+  bool takes_translation_out_ = false;
+  Vector deformation_;
   std::vector<Vector> part_in_, part_out_;
   std::unique_ptr<CoupledFactor> mass_, recent_, before_;
   double largest_frequency_ = -1;
