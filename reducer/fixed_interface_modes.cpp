@@ -76,6 +76,13 @@ FixedInterfaceModes sparse_modes(const Partition& p, const SparseCholesky& facto
       "parts: reduce the parts on their own");
 }
 
+// Non-zeros of a factor whose solves cost as much as the products with M_II, where these count: joined domains, whose M_II is a sum
+// of dense blocks.
+double product_cost(const SparseMatrix& M_II) {
+  const auto n = static_cast<double>(M_II.rows()), nonzeros = static_cast<double>(M_II.nonZeros());
+  return nonzeros > 0.03 * n * n ? 20 * nonzeros : 0;
+}
+
 }  // namespace
 
 bool dense_is_faster(Index n, Index k, double factor_nonzeros) {
@@ -95,7 +102,7 @@ FixedInterfaceModes fixed_interface_modes(const Partition& partition, const Spar
   }
   FixedInterfaceModes none{Vector(0), Matrix(n, 0), "none", true};
   if (k == 0) return none;
-  if (dense_is_faster(n, k, factor.n_nonzeros())) return dense_modes(partition, k);
+  if (dense_is_faster(n, k, factor.n_nonzeros() + product_cost(partition.M_II))) return dense_modes(partition, k);
   return sparse_modes(partition, factor, k, report);
 }
 
