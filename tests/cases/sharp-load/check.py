@@ -13,7 +13,7 @@ from scene import dofs
 FIRST = {"coarse": 24, "fine": 48}  # 0.3 us over a twelfth of the critical step
 
 # Of the distance from the full mesh: round-off, or what the mode left out takes with it.
-BOUND = {"coarse-a": 1e-12, "coarse-b": 1e-12, "coarse-c": 1e-12, "fine-a": 1e-9, "fine-b": 1e-12, "fine-c": 1e-3}
+BOUND = {"coarse-a": 1e-12, "coarse-b": 1e-12, "coarse-c": 1e-12, "fine-a": 1e-9, "fine-b": 1e-12, "fine-c": 3e-3}
 
 
 class Check:
@@ -43,7 +43,7 @@ class Check:
         """Superelements of all dofs but one against the full mesh: the same scheme and step, or both exact. The mode left out is the
         highest with the interface fixed. On 400 hexes, and with (b) on 3000, it is odd in y or z, where the load is even, and takes no part:
         what is left is round-off. With (a) on 3000 hexes it takes part by 1e-13 to 1e-10, the more the nearer the critical step; with
-        (c) it is even in both, and takes part by 1e-5 (implicit) to 1e-4 (explicit): with every mode the distance is 2e-14."""
+        (c) it is even in both, and takes part by 1e-5 (implicit) to 1e-3 (explicit, at 0.9 of the critical step): with every mode the distance is 2e-14."""
         for run in self.runs.all(mesh=mesh, model=("a", "b", "c"), skin=None):
             full = run.name.replace(f"-{run.model}-", "-all-" if run.scheme == "exact" else "-full-", 1)
             if full in self.runs and self.runs[full].steps == run.steps:
