@@ -65,11 +65,17 @@ BodyMaker::Shelled& BodyMaker::shelled(const Instance& instance, const Component
   return shelled;
 }
 
-InstanceBody BodyMaker::make_coupled(const Instance& instance, const Geometry& geometry, const Shelled& shelled) {
+InstanceBody BodyMaker::make_coupled(const Instance& instance, const Geometry& geometry, Shelled& shelled) {
   // Meshes under `exact` move by central differences.
   const Scheme scheme = scene_.time->integrator == Integrator::newmark ? Scheme::newmark : Scheme::central_difference;
-  return {coupled_body(instance.name, shelled.model, placement_of(instance), held_directions(scene_, instance, geometry), scheme,
-                       {scene_.time->alpha}),
+  std::vector<HeldDirection> held = held_directions(scene_, instance, geometry);
+  std::shared_ptr<CoupledSystem> system = held.empty() ? shelled.system : nullptr;
+  if (!system) {
+    const bool free = held.empty();
+    system = std::make_shared<CoupledSystem>(shelled.model, std::move(held), where(instance));
+    if (free) shelled.system = system;
+  }
+  return {std::make_unique<CoupledBody>(instance.name, system, placement_of(instance), scheme, NewmarkOptions{scene_.time->alpha}),
           shelled.model->rigid_body.mass};
 }
 

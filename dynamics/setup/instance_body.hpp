@@ -6,7 +6,7 @@
 #include <memory>
 #include <string>
 
-#include "dynamics/bodies/coupled_model.hpp"
+#include "dynamics/bodies/coupled_system.hpp"
 #include "dynamics/setup/component_model.hpp"
 
 namespace cbr {
@@ -30,10 +30,11 @@ class BodyMaker {
     std::shared_ptr<const CoupledModel> model;
     std::shared_ptr<const Superelement> nodes;  // of the model, for its diagonal form
     std::shared_ptr<const DiagonalForm> form;   // of the free model
+    std::shared_ptr<CoupledSystem> system;      // likewise
   };
   template <typename Component>
   Shelled& shelled(const Instance& instance, const Component& component);
-  InstanceBody make_coupled(const Instance& instance, const Geometry& geometry, const Shelled& shelled);
+  InstanceBody make_coupled(const Instance& instance, const Geometry& geometry, Shelled& shelled);
   InstanceBody make_modal(const Instance& instance, const ReducedComponent& component);
   InstanceBody make_modal_with_shells(const Instance& instance, const ReducedComponent& component);
 
