@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/bodies/body.hpp"
 
+#include <cassert>
+
 #include <algorithm>
 
 namespace cbr {
@@ -13,5 +15,14 @@ double history_value(const History& history, double t) {
   const double t0 = history.time[after - 1], t1 = history.time[after];
   return history.value[after - 1] + (history.value[after] - history.value[after - 1]) * (t - t0) / (t1 - t0);
 }
+
+void Body::end_velocities(Index, Points&) { assert(false && "only bodies under newmark have them"); }
+
+NodeResponse Body::velocity_response(Index) const {
+  assert(false && "only bodies under newmark have it");
+  return {};
+}
+
+void Body::add_end_impulses(Index, const Points&, ImpulseKind) { assert(false && "only bodies under newmark take them"); }
 
 }  // namespace cbr

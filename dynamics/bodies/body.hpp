@@ -67,6 +67,12 @@ class Body {
   virtual Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) = 0;
   virtual void accept() = 0;
 
+  // Newmark, once all impulses of the step are in and until accept(): the velocities of the set's nodes at its end (scene axes),
+  // their change per unit impulse there, G M^-1 G^T, and such impulses, which leave positions alone.
+  virtual void end_velocities(Index set, Points& v);
+  virtual NodeResponse velocity_response(Index set) const;
+  virtual void add_end_impulses(Index set, const Points& impulses, ImpulseKind kind);
+
   // Change of the predicted positions of the set's dofs per unit impulse on them, for a step h.
   virtual NodeResponse response(Index set, double h) const = 0;
   // The mass of each node and scene direction as a nodal enforcement sees it: row sums of the mass over the body's nodes, n x 3.

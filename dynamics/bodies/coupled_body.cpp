@@ -244,9 +244,47 @@ void CoupledBody::accept() {
     u_.swap(u_end_);
     Ku_is_current_ = false;
   } else {
-    accept_newmark();
+    arrive_newmark();
+    arrived_ = false;
   }
   t_ += h_;
+}
+
+void CoupledBody::arrive_newmark() {
+  if (!arrived_) accept_newmark();
+  arrived_ = true;
+}
+
+void CoupledBody::end_velocities(Index set, Points& v) {
+  arrive_newmark();
+  v_now_ = p_;
+  system_->factor(0).solve(v_now_);
+  const auto& nodes = sets_[set];
+  v.resize(static_cast<Index>(nodes.size()), 3);
+  for (Index i = 0; i < v.rows(); ++i) v.row(i) = (placement_.T * displacement(v_now_, nodes[i])).transpose();
+}
+
+NodeResponse CoupledBody::velocity_response(Index set) const {
+  NodeResponse response;
+  response.dense = system_->nodal_inverse(0, sets_[set], placement_.T);
+  return response;
+}
+
+// Precondition: end_velocities() has been asked for in this step.
+void CoupledBody::add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) {
+  const auto& nodes = sets_[set];
+  Vector& dv = work_vector_;
+  dv.setZero();
+  for (Index i = 0; i < impulses.rows(); ++i)
+    dv.segment<3>(system_->n_modal() + 3 * nodes[i]) += placement_.T.transpose() * impulses.row(i).transpose();
+  system_->drop_held(dv);
+  p_ += dv;
+  double work = v_now_.dot(dv);
+  kick_ = dv;
+  system_->factor(0).solve(dv);
+  work += 0.5 * kick_.dot(dv);
+  (kind == ImpulseKind::friction ? work_.friction : work_.contact) += work;
+  v_now_ += dv;
 }
 
 std::unique_ptr<Body> coupled_body(std::string name, std::shared_ptr<const CoupledModel> model, const Placement& placement,

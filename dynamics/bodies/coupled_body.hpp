@@ -42,6 +42,9 @@ class CoupledBody final : public Body {
   void add_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
   Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
   void accept() override;
+  void end_velocities(Index set, Points& v) override;
+  NodeResponse velocity_response(Index set) const override;
+  void add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
 
   NodeResponse response(Index set, double h) const override;
   Points nodal_masses(Index set) const override;
@@ -74,6 +77,7 @@ class CoupledBody final : public Body {
   void predict_newmark(double h);
   void accept_central();
   void accept_newmark();
+  void arrive_newmark();
   void book_kicks(const Vector& mean_velocity);
   void book_scheme(const Vector& change_of_Ku);
 
@@ -99,7 +103,7 @@ class CoupledBody final : public Body {
   double a0_Ma0_ = 0;
   mutable Vector work_vector_, Ku_, v_now_;
   mutable bool Ku_is_current_ = false, v_now_is_current_ = false;
-  bool started_ = false;
+  bool started_ = false, arrived_ = false;  // arrived_: the end of the step is known, impulses included
   double t_ = 0, h_ = 0, last_h_ = 0;
   BodyWork work_;
 };

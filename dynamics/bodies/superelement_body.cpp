@@ -297,7 +297,8 @@ void SuperelementBody::accept() {
       accept_central();
       break;
     case Scheme::newmark:
-      accept_newmark();
+      arrive_newmark();
+      arrived_ = false;
       break;
   }
   eta_.swap(eta_end_);

@@ -48,6 +48,9 @@ class SuperelementBody final : public Body {
   void add_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
   Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
   void accept() override;
+  void end_velocities(Index set, Points& v) override;
+  NodeResponse velocity_response(Index set) const override;
+  void add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
 
   NodeResponse response(Index set, double h) const override;
   Points nodal_masses(Index set) const override;
@@ -90,6 +93,7 @@ class SuperelementBody final : public Body {
   void accept_central();
   void accept_newmark();
   void book_friction(double work);
+  void arrive_newmark();
 
   std::string name_;
   std::shared_ptr<const Superelement> superelement_;
@@ -111,12 +115,12 @@ class SuperelementBody final : public Body {
   Vector f_, f0_, f1_, work_eta_, work_v_;
   double t_ = 0, h_ = 0, last_h_ = 0;
   mutable ModalPropagator regular_, other_;  // of the last two step lengths
-  // Newmark: the step's move; modal accelerations at its start, and at its end before what the move takes from them; of HHT-alpha the
-  // last step's move and change of load
+  // Newmark: the step's move; modal accelerations at its start, and at its end before what the move takes from them; of HHT-alpha
+  // the last step's move and change of load
   Vector d_, a_, e_, move_, load_change_;
   mutable Vector newmark_weight_;
   mutable double newmark_h_ = 0;
-  bool started_ = false;
+  bool started_ = false, arrived_ = false;  // arrived_: the end of the step is known, impulses included
   BodyWork work_;
 };
 

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A superelement under Newmark's method (HHT-alpha): its modes are uncoupled, so a step solves nothing.
+#include <Eigen/Dense>
+
 #include <cassert>
 
 #include "dynamics/bodies/superelement_body.hpp"
@@ -67,6 +69,40 @@ void SuperelementBody::accept_newmark() {
   }
   a_.swap(e_);
   f0_.swap(f1_);
+}
+
+void SuperelementBody::arrive_newmark() {
+  if (!arrived_) accept_newmark();
+  arrived_ = true;
+}
+
+void SuperelementBody::end_velocities(Index set, Points& v) {
+  arrive_newmark();
+  const NodeSet& s = sets_[set];
+  v.setZero(s.X.rows(), 3);
+  if (v_end_.size() > 0) Eigen::Map<Vector>(v.data(), v.size()).noalias() = s.Vt.transpose() * v_end_;
+}
+
+NodeResponse SuperelementBody::velocity_response(Index set) const {
+  const Matrix& Vt = sets_[set].Vt;
+  NodeResponse response;
+  response.dense.setZero(Vt.cols(), Vt.cols());
+  if (Vt.rows() == 0) return response;
+  response.dense.selfadjointView<Eigen::Lower>().rankUpdate(Vt.transpose());
+  response.dense.triangularView<Eigen::StrictlyUpper>() = response.dense.transpose();
+  return response;
+}
+
+void SuperelementBody::add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) {
+  arrive_newmark();
+  const NodeSet& s = sets_[set];
+  f_.setZero();
+  for (Index i = 0; i < impulses.size(); ++i) {
+    if (impulses.data()[i] != 0) f_ += impulses.data()[i] * s.Vt.col(i);
+  }
+  const double work = f_.dot(v_end_) + 0.5 * f_.squaredNorm();
+  (kind == ImpulseKind::friction ? work_.friction : work_.contact) += work;
+  v_end_ += f_;
 }
 
 }  // namespace cbr

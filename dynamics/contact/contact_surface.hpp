@@ -20,6 +20,7 @@ struct ContactBody {
   Points friction;        // m x 3: of this step, of friction
   NodeResponse response;  // for the step length response_h
   double response_h = 0;
+  NodeResponse velocity_response;  // under newmark: of the velocities at the end of a step, once asked for
   // What all nodes sweep in this step and the longest way of one, see sweep(); not filled: anywhere.
   Box swept{Vector3::Constant(-HUGE_VAL), Vector3::Constant(HUGE_VAL)};
   double longest_way = HUGE_VAL;

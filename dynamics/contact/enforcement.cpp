@@ -95,6 +95,33 @@ EnforcementResult enforce_impulse(const ContactList& list, const std::vector<Poi
   return result;
 }
 
+Points settle_velocities(const ContactList& list, const std::vector<PointLaw>& laws, const Points& p, const Points& velocities,
+                         std::vector<ContactBody>& bodies) {
+  ContactList closed;
+  std::vector<PointLaw> closed_laws;
+  std::vector<Index> rows;
+  for (std::size_t i = 0; i < list.points.size(); ++i) {
+    if (laws[i].law == ContactLaw::tied ? p.row(static_cast<Index>(i)).isZero(0) : !(p(static_cast<Index>(i), 0) > 0)) continue;
+    closed.points.push_back(list.points[i]);
+    closed_laws.push_back(laws[i]);
+    rows.push_back(static_cast<Index>(i));
+  }
+  Points change = Points::Zero(p.rows(), 3);
+  if (rows.empty()) return change;
+  closed.terms = list.terms;
+  const auto swap_responses = [&] {
+    for (ContactBody& body : bodies) std::swap(body.response, body.velocity_response);
+  };
+  swap_responses();
+  GapResponse W = gap_response(closed, closed_laws, bodies);
+  swap_responses();
+  const Vector packed_p = pack(p(rows, Eigen::all), closed_laws);
+  const Vector without = pack(velocities(rows, Eigen::all), closed_laws) - apply(W, packed_p);
+  const ContactSolution solution = ContactSolver(std::move(W), closed_laws).solve(without, packed_p);
+  change(rows, Eigen::all) = unpack(solution.p - packed_p, closed_laws);
+  return change;
+}
+
 EnforcementResult enforce_penalty(const ContactList& list, const std::vector<PointLaw>& laws, double h, double x, double damping,
                                   std::vector<ContactBody>& bodies, PenaltyMemory& memory, Points& elastic_slip) {
   const Index m = static_cast<Index>(list.points.size());

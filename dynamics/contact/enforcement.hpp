@@ -35,6 +35,14 @@ struct ImpulseMemory {
 EnforcementResult enforce_impulse(const ContactList& list, const std::vector<PointLaw>& laws, const Points& guess, double h,
                                   std::vector<ContactBody>& bodies, ImpulseMemory& memory);
 
+// Newmark's contact closes gaps at the end of a step and would leave velocities of either sign there, which go on from step to
+// step. So the velocities obey a law of their own: of the points with an impulse the total impulse P for which the laws hold with
+// the velocities at the end of the step in the place of gaps, v_end + W_v (P - p), W_v = G M^-1 G^T (an inelastic impact of the
+// nodes' own mass; positions and velocities apart: Bruels, Acary, Cardona 2014, doi 10.1016/j.cma.2014.07.025). `velocities`:
+// relative ones of the points, in their frames, with p. Returns P - p, points x 3.
+Points settle_velocities(const ContactList& list, const std::vector<PointLaw>& laws, const Points& p, const Points& velocities,
+                         std::vector<ContactBody>& bodies);
+
 // Kept from step to step by a penalty pair.
 struct PenaltyMemory {
   double stiffness = 0;  // k, force per length and point; 0: not yet found

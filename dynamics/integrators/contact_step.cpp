@@ -168,6 +168,45 @@ EnforcementResult enforce(Simulation& sim, const ContactGroup& group, double h, 
   return result;
 }
 
+bool is_newmark(const Simulation& sim, const ContactGroup& group) {
+  return !group.bodies.empty() && sim.bodies[sim.contact_nodes[group.bodies.front()].body]->scheme() == Scheme::newmark;
+}
+
+// The velocities of what is closed; `result` has the total impulses then.
+void settle(Simulation& sim, const ContactGroup& group, ContactState& state, EnforcementResult& result) {
+  if (result.p.isZero(0)) return;
+  std::vector<Points> v(state.bodies.size());
+  for (const Index b : group.bodies) {
+    const ContactNodes& nodes = sim.contact_nodes[b];
+    ContactBody& contact = state.bodies[b];
+    sim.bodies[nodes.body]->end_velocities(nodes.set, v[b]);
+    if (contact.velocity_response.dense.size() == 0)
+      contact.velocity_response = sim.bodies[nodes.body]->velocity_response(nodes.set);
+    contact.impulses.setZero(), contact.friction.setZero();
+  }
+  Points relative(result.p.rows(), 3);
+  for (Index i = 0; i < relative.rows(); ++i) {
+    const ContactPoint& point = group.list.points[i];
+    Vector3 sum = Vector3::Zero();
+    for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {
+      const ContactTerm& term = group.list.terms[t];
+      sum += term.coefficient * v[term.body].row(term.node).transpose();
+    }
+    relative.row(i) = (point.frame * sum).transpose();
+  }
+  const Points change = settle_velocities(group.list, group.laws, result.p, relative, state.bodies);
+  spread_impulses(group.list, group.laws, change, state.bodies);
+  for (const Index b : group.bodies) {
+    ContactBody& contact = state.bodies[b];
+    const ContactNodes& nodes = sim.contact_nodes[b];
+    Body& body = *sim.bodies[nodes.body];
+    if (!contact.impulses.isZero(0)) body.add_end_impulses(nodes.set, contact.impulses, ImpulseKind::contact);
+    if (!contact.friction.isZero(0)) body.add_end_impulses(nodes.set, contact.friction, ImpulseKind::friction);
+    state.impulses_since_output[b] += contact.impulses + contact.friction;
+  }
+  result.p += change;
+}
+
 void solve_group(Simulation& sim, const std::vector<Index>& pairs, double h, bool initial, ContactState& state,
                  ContactOutcome& outcome) {
   const ContactGroup group = collect(sim, pairs, initial, state);
@@ -176,7 +215,9 @@ void solve_group(Simulation& sim, const std::vector<Index>& pairs, double h, boo
     return;
   }
   prepare(sim, group, h, state);
-  book(sim, group, enforce(sim, group, h, state, outcome), state, outcome);
+  EnforcementResult result = enforce(sim, group, h, state, outcome);
+  if (is_newmark(sim, group)) settle(sim, group, state, result);
+  book(sim, group, result, state, outcome);
 }
 
 // For messages: "impact.yaml:12: contact a.top - b.bottom: "
