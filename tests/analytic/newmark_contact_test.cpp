@@ -320,8 +320,8 @@ TEST(NewmarkContact, BlockOnASlope) {
       }
 }
 
-// The paper's block (Table 1), coarser, on a wall in place of its twin: the rebound scatters little with the step, as long as an
-// impact, here 30 critical ones, takes a dozen.
+// The paper's block (Table 1), coarser, on a wall in place of its twin: the rebound is that of exact motion at the mesh's steps;
+// with a dozen steps to the impact, which takes 30 critical ones, it loses some.
 TEST(NewmarkContact, BlockReboundsAtAnyStep) {
   test::SceneFolder folder;
   folder.add("block.exo", test::block_mesh({{10, 5, 8}, {0.0508, 0.0254, 0.0381}}));
@@ -344,7 +344,8 @@ TEST(NewmarkContact, BlockReboundsAtAnyStep) {
   };
   const double exact = rebound("exact", 0.25);
   for (const double alpha : {0.0, -0.1}) {
-    for (const double cfl : {0.25, 0.5, 1.0, 2.0}) EXPECT_NEAR(rebound(newmark(alpha), cfl), exact, 0.03);
+    for (const double cfl : {0.25, 0.5, 1.0}) EXPECT_NEAR(rebound(newmark(alpha), cfl), exact, 0.006);
+    EXPECT_NEAR(rebound(newmark(alpha), 2), exact, 0.06);
   }
 }
 
