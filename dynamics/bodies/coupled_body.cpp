@@ -264,12 +264,6 @@ void CoupledBody::end_velocities(Index set, Points& v) {
   for (Index i = 0; i < v.rows(); ++i) v.row(i) = (placement_.T * displacement(v_now_, nodes[i])).transpose();
 }
 
-NodeResponse CoupledBody::velocity_response(Index set) const {
-  NodeResponse response;
-  response.dense = system_->nodal_inverse(0, sets_[set], placement_.T);
-  return response;
-}
-
 // Precondition: end_velocities() has been asked for in this step.
 void CoupledBody::add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) {
   const auto& nodes = sets_[set];

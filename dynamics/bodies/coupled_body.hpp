@@ -70,6 +70,7 @@ class CoupledBody final : public Body {
   double theta(double h) const { return scheme_ == Scheme::newmark ? newmark_.stiffness_factor(h) : 0; }
   auto displacement(const Vector& u, Index node) const { return u.segment<3>(system_->n_modal() + 3 * node); }
   void gather(const Vector& u, const std::vector<Index>& nodes, Points& x) const;
+  NodeResponse mass_response(const std::vector<Index>& nodes, double weight) const;  // weight G M^-1 G^T
   void load(double t, Vector& f) const;
   const Vector& stiffness_force() const;  // K u, formed once for each u
   const Vector& present_velocities() const;

@@ -62,25 +62,32 @@ const Vector& CoupledBody::present_velocities() const {
   return v_now_;
 }
 
-NodeResponse CoupledBody::response(Index set, double h) const {
-  const auto& nodes = sets_[set];
+// A lumped mesh answers node by node: the mass of a node is the same in all directions, and its row of M R is that mass.
+NodeResponse CoupledBody::mass_response(const std::vector<Index>& nodes, double weight) const {
   NodeResponse response;
-  const Index n_modal = system_->n_modal();
-  const CoupledFactor& A = system_->factor(theta(h));
-  bool node_by_node = scheme_ == Scheme::central_difference && A.diagonal().size() > 0;
+  bool node_by_node = system_->factor(0).diagonal().size() > 0;
   for (std::size_t i = 0; node_by_node && i < nodes.size(); ++i) node_by_node = !system_->is_held(nodes[i]);
   if (!node_by_node) {
-    // h M^-1, or h / 2 A^-1 (newmark.hpp)
-    const double weight = scheme_ == Scheme::newmark ? 0.5 * h : h;
-    response.dense = weight * system_->nodal_inverse(theta(h), nodes, placement_.T);
+    response.dense = weight * system_->nodal_inverse(0, nodes, placement_.T);
     return response;
   }
-  // A lumped mesh: the mass of a node is the same in all directions, and its row of M R is that mass.
+  const Index n_modal = system_->n_modal();
   response.diagonal.resize(3 * static_cast<Index>(nodes.size()));
   for (std::size_t i = 0; i < nodes.size(); ++i)
-    response.diagonal.segment<3>(3 * static_cast<Index>(i)).setConstant(h / system_->rigid_momentum()(n_modal + 3 * nodes[i], 0));
+    response.diagonal.segment<3>(3 * static_cast<Index>(i))
+        .setConstant(weight / system_->rigid_momentum()(n_modal + 3 * nodes[i], 0));
   return response;
 }
+
+// h M^-1, or h / 2 A^-1 (newmark.hpp).
+NodeResponse CoupledBody::response(Index set, double h) const {
+  if (scheme_ == Scheme::central_difference) return mass_response(sets_[set], h);
+  NodeResponse response;
+  response.dense = 0.5 * h * system_->nodal_inverse(theta(h), sets_[set], placement_.T);
+  return response;
+}
+
+NodeResponse CoupledBody::velocity_response(Index set) const { return mass_response(sets_[set], 1); }
 
 Points CoupledBody::nodal_masses(Index set) const {
   const auto& nodes = sets_[set];

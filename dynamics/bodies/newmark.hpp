@@ -11,9 +11,9 @@ namespace cbr {
 //   v_{n+1} = v_n + h ((1 - gamma) a_n + gamma a_{n+1}) + M^-1 G^T p,   u_{n+1} = ... + h / 2 M^-1 G^T p,
 // so it moves the end by h / 2 A^-1 G^T p, A = M + (1 + alpha) beta h^2 K, and for any alpha
 //   v_{n+1} = 2 / h (u_{n+1} - u_n) - v_n - alpha^2 / 2 h (a_{n+1} - a_n).
-// Velocities of what is closed are settled afterwards, see settle_velocities() of contact/enforcement.hpp. Its work is p . G
-// (u_{n+1} - u_n) / h: where the gap at the end is nil, -p g_n / h, never above 0, at any step. (A kick at the start, as under
-// central differences, brings energy above the critical step: several times that of an impact at 10 to 20 of it.)
+// The impulse's work is p . G (u_{n+1} - u_n) / h: where the gap at the end is nil, -p g_n / h, never above 0, at any step. (A kick
+// at the start, as under central differences, brings energy above the critical step: several times that of an impact at 10 to 20 of
+// it.) Velocities of what is closed are settled afterwards, see settle_velocities() of contact/enforcement.hpp.
 struct NewmarkOptions {
   double alpha = 0;
   double beta() const { return 0.25 * (1 - alpha) * (1 - alpha); }

@@ -79,6 +79,29 @@ bool same_laws(const std::vector<PointLaw>& a, const std::vector<PointLaw>& b) {
                     [](const PointLaw& x, const PointLaw& y) { return x.law == y.law && x.friction == y.friction; });
 }
 
+// Points that are closed or tied: those that got an impulse.
+std::vector<Index> points_with_impulse(const std::vector<PointLaw>& laws, const Points& p) {
+  std::vector<Index> rows;
+  for (Index i = 0; i < p.rows(); ++i) {
+    const bool acts = laws[i].law == ContactLaw::tied ? !p.row(i).isZero(0) : p(i, 0) > 0;
+    if (acts) rows.push_back(i);
+  }
+  return rows;
+}
+
+// Some of the points, with their own terms and no others, so that lists of unlike points are unlike.
+ContactList points_of(const ContactList& list, const std::vector<Index>& rows) {
+  ContactList some;
+  for (const Index i : rows) {
+    ContactPoint point = list.points[i];
+    const auto first = list.terms.begin() + point.first_term;
+    point.first_term = static_cast<Index>(some.terms.size());
+    some.terms.insert(some.terms.end(), first, first + point.n_terms);
+    some.points.push_back(point);
+  }
+  return some;
+}
+
 // Rows that differ by round-off give the same impulses to round-off.
 constexpr double same_row_tolerance = 1e-11;
 
@@ -96,29 +119,26 @@ EnforcementResult enforce_impulse(const ContactList& list, const std::vector<Poi
 }
 
 Points settle_velocities(const ContactList& list, const std::vector<PointLaw>& laws, const Points& p, const Points& velocities,
-                         std::vector<ContactBody>& bodies) {
-  ContactList closed;
-  std::vector<PointLaw> closed_laws;
-  std::vector<Index> rows;
-  for (std::size_t i = 0; i < list.points.size(); ++i) {
-    if (laws[i].law == ContactLaw::tied ? p.row(static_cast<Index>(i)).isZero(0) : !(p(static_cast<Index>(i), 0) > 0)) continue;
-    closed.points.push_back(list.points[i]);
-    closed_laws.push_back(laws[i]);
-    rows.push_back(static_cast<Index>(i));
-  }
+                         std::vector<ContactBody>& bodies, ImpulseMemory& memory) {
   Points change = Points::Zero(p.rows(), 3);
+  const std::vector<Index> rows = points_with_impulse(laws, p);
   if (rows.empty()) return change;
-  closed.terms = list.terms;
-  const auto swap_responses = [&] {
-    for (ContactBody& body : bodies) std::swap(body.response, body.velocity_response);
-  };
-  swap_responses();
-  GapResponse W = gap_response(closed, closed_laws, bodies);
-  swap_responses();
-  const Vector packed_p = pack(p(rows, Eigen::all), closed_laws);
-  const Vector without = pack(velocities(rows, Eigen::all), closed_laws) - apply(W, packed_p);
-  const ContactSolution solution = ContactSolver(std::move(W), closed_laws).solve(without, packed_p);
-  change(rows, Eigen::all) = unpack(solution.p - packed_p, closed_laws);
+  ContactList closed = points_of(list, rows);
+  std::vector<PointLaw> closed_laws;
+  for (const Index i : rows) closed_laws.push_back(laws[i]);
+  if (!memory.solver || !same_laws(closed_laws, memory.laws) || !same_rows(closed, memory.rows, closed_laws, same_row_tolerance)) {
+    const auto swap_responses = [&] {
+      for (ContactBody& body : bodies) std::swap(body.response, body.velocity_response);
+    };
+    swap_responses();
+    memory.solver.emplace(gap_response(closed, closed_laws, bodies), closed_laws);
+    swap_responses();
+    memory.rows = std::move(closed), memory.laws = std::move(closed_laws);
+  }
+  const Vector packed_p = pack(p(rows, Eigen::all), memory.laws);
+  const Vector without = pack(velocities(rows, Eigen::all), memory.laws) - apply(memory.solver->W(), packed_p);
+  const ContactSolution solution = memory.solver->solve(without, packed_p);
+  change(rows, Eigen::all) = unpack(solution.p - packed_p, memory.laws);
   return change;
 }
 

@@ -38,10 +38,13 @@ EnforcementResult enforce_impulse(const ContactList& list, const std::vector<Poi
 // Newmark's contact closes gaps at the end of a step and would leave velocities of either sign there, which go on from step to
 // step. So the velocities obey a law of their own: of the points with an impulse the total impulse P for which the laws hold with
 // the velocities at the end of the step in the place of gaps, v_end + W_v (P - p), W_v = G M^-1 G^T (an inelastic impact of the
-// nodes' own mass; positions and velocities apart: Bruels, Acary, Cardona 2014, doi 10.1016/j.cma.2014.07.025). `velocities`:
-// relative ones of the points, in their frames, with p. Returns P - p, points x 3.
+// nodes' own mass; positions and velocities apart: Bruels, Acary, Cardona 2014, doi 10.1016/j.cma.2014.07.025). Without friction it
+// brings no energy; with friction the total impulse is within the cone, and what a smaller normal impulse gives back of the
+// tangential one may speed up the slip that p had slowed down. `velocities`: relative ones of the points, in their frames, with p.
+// The bodies' velocity_response must be there. Returns P - p, points x 3. W_v and its factor are kept while the rows of the points
+// with an impulse stand.
 Points settle_velocities(const ContactList& list, const std::vector<PointLaw>& laws, const Points& p, const Points& velocities,
-                         std::vector<ContactBody>& bodies);
+                         std::vector<ContactBody>& bodies, ImpulseMemory& memory);
 
 // Kept from step to step by a penalty pair.
 struct PenaltyMemory {

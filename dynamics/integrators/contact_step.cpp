@@ -180,7 +180,7 @@ void settle(Simulation& sim, const ContactGroup& group, ContactState& state, Enf
     const ContactNodes& nodes = sim.contact_nodes[b];
     ContactBody& contact = state.bodies[b];
     sim.bodies[nodes.body]->end_velocities(nodes.set, v[b]);
-    if (contact.velocity_response.dense.size() == 0)
+    if (contact.velocity_response.dense.size() + contact.velocity_response.diagonal.size() == 0)
       contact.velocity_response = sim.bodies[nodes.body]->velocity_response(nodes.set);
     contact.impulses.setZero(), contact.friction.setZero();
   }
@@ -194,7 +194,8 @@ void settle(Simulation& sim, const ContactGroup& group, ContactState& state, Enf
     }
     relative.row(i) = (point.frame * sum).transpose();
   }
-  const Points change = settle_velocities(group.list, group.laws, result.p, relative, state.bodies);
+  const Points change =
+      settle_velocities(group.list, group.laws, result.p, relative, state.bodies, state.settled[group.searches.front().pair]);
   spread_impulses(group.list, group.laws, change, state.bodies);
   for (const Index b : group.bodies) {
     ContactBody& contact = state.bodies[b];

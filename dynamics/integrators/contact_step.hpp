@@ -14,6 +14,7 @@ struct ContactState {
   std::vector<ContactBody> bodies;            // as Simulation::contact_nodes
   std::vector<Points> masses;                 // row-sum masses, where a nodal pair needs them, else empty
   std::map<Index, ImpulseMemory> islands;     // by the first pair of the island
+  std::map<Index, ImpulseMemory> settled;     // likewise, of settle_velocities()
   std::vector<Points> impulses_since_output;  // per contact body
   std::vector<Points> normal_since_output;    // likewise, without friction and ties, where nodal pressures are wanted, else empty
 };
