@@ -72,4 +72,6 @@ clean:
 	$(MAKE) -C tests/cases/block-impact clean
 	$(MAKE) -C tests/cases/dissimilar-blocks clean
 	$(MAKE) -C tests/cases/hertz clean
+	$(MAKE) -C tests/cases/sharp-load clean
+	$(MAKE) -C tests/cases/decomposition clean
 	$(MAKE) -C tests/cases/paper clean
