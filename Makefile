@@ -12,7 +12,7 @@ export PYTHON
 help:
 	@echo "make demo      packages, build, the paper's block impact through all three programs, plots"
 	@echo "make paper     every figure and table of the paper, and a contents page, in $(BUILD)/paper (an hour; FAST=1: smaller meshes, two minutes)"
-	@echo "make fig5      one of them: $(PAPER)"
+	@echo "make fig5      one of them, with FAST=1 too (then in $(BUILD)/paper-fast): $(PAPER)"
 	@echo "make dissimilar  the paper's second example, sphere and brick against a dense block: runs, plots, table (5 minutes)"
 	@echo "make hertz       steel balls on each other and on a plane against Hertz: runs, plots, table (5 minutes)"
 	@echo "make bench-contact  seconds a step against contact nodes, 100 to 10 000, by phase (5 minutes)"

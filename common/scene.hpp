@@ -172,6 +172,9 @@ struct Scene {
 // InputError for everything that can be known without opening another file.
 Scene read_scene(const std::string& file_or_dash);
 
+// InputError for an enforcement that the scene's integrator cannot do: asked before anything is reduced for a run that cannot be.
+void check_contact_with_time(const Scene& scene);
+
 // The scene as YAML with absolute paths: what a filter hands on. read_scene(write_scene(s)) == s.
 void write_scene(const Scene& scene, std::ostream& out);
 

@@ -187,4 +187,14 @@ void parse_contact(const SceneNode& node, Scene& scene) {
   }
 }
 
+void check_contact_with_time(const Scene& scene) {
+  if (!scene.time || scene.time->integrator != Integrator::newmark) return;
+  for (const ContactOptions& contact : scene.contact) {
+    if (contact.enforcement == Enforcement::impulse) continue;
+    throw InputError(contact.source.text() + ": contact: 'enforcement: " + word_of(enforcement_words, contact.enforcement) +
+                     "' goes with explicit integrators only: with 'integrator: newmark' use 'enforcement: impulse', which closes " +
+                     "the gaps at the end of each step");
+  }
+}
+
 }  // namespace cbr

@@ -265,6 +265,7 @@ void run_reduce(const ReduceCommand& command, std::ostream* scene_out, Report& r
   const bool is_mesh = is_mesh_name(command.input);
   if (!is_mesh) refuse_mesh_options(command);
   const Scene scene = is_mesh ? scene_of_mesh(command) : read_scene(command.input);
+  check_contact_with_time(scene);
   Reducer reducer(command, report);
   const bool any = for_each_component(scene, is_mesh ? command.input : "",
                                       [&](const Component& component) { reducer.reduce_component(scene, component); });

@@ -101,7 +101,13 @@ SparseCholesky factorise(const Partition& p) {
 }
 
 Index n_modes_wanted(const Partition& p, const ReductionOptions& options) {
-  if (options.second_modes) return *options.second_modes;
+  if (options.second_modes) {
+    if (*options.second_modes > p.n_interior())
+      throw InputError("second_reduction.modes: " + std::to_string(*options.second_modes) +
+                       " asked for, but the domains put together have only " + std::to_string(p.n_interior()) +
+                       " coordinates off the interface: ask for at most that many");
+    return *options.second_modes;
+  }
   return p.n_interior() > 0 ? count_modes_below(p, *options.second_cutoff_hz) : 0;
 }
 

@@ -74,6 +74,9 @@ void require_springs(const TimeOptions& options, double h, const std::vector<std
   }
 }
 
+// Whether a step of h, which the scene asked for, would have passed an output.
+bool cut_by_output(const TimePlan& plan, double h) { return plan.every > 0 && h > plan.every * (1 + fit_tolerance); }
+
 // Smallest 2 / highest frequency, whatever moves the bodies.
 Limit frequency_limit(const std::vector<std::unique_ptr<Body>>& bodies) {
   Limit limit;
@@ -92,6 +95,7 @@ TimePlan plan_newmark(const TimeOptions& options, double every, const std::vecto
   TimePlan plan = fit_steps(h, every, options.end);
   if (options.step) plan.limit = "time.step";
   if (!options.step && h > 0) plan.limit = "time.step, a multiple of the critical step of '" + critical.body->name() + "'";
+  if (cut_by_output(plan, h)) plan.limit = "output.every";
   plan.newmark_alpha = options.alpha;
   plan.critical = critical.h;
   return plan;
@@ -161,7 +165,7 @@ TimePlan plan_time(const TimeOptions& options, double every, const std::vector<s
                      "' (2 / highest frequency): use step: auto, a smaller one, or force: true to run it all the same");
   }
   require_springs(options, plan.h, bodies, contact);
-  plan.limit = reason;
+  plan.limit = options.step && cut_by_output(plan, h) ? "output.every" : reason;
   return plan;
 }
 

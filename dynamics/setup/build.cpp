@@ -62,12 +62,9 @@ void add_monitors(const Scene& scene, BuiltScene& built) {
 void refuse_what_cannot_be(const Scene& scene) {
   if (!scene.time) throw InputError(scene.file.string() + ": the scene has no 'time' section: cbr-dyn needs time: {end: SECONDS}");
   if (scene.instances.empty()) throw InputError(scene.file.string() + ": the scene has no instances");
+  check_contact_with_time(scene);
   for (const ContactOptions& contact : scene.contact) {
     const std::string what = std::string("enforcement: ") + word_of(enforcement_words, contact.enforcement);
-    if (scene.time->integrator == Integrator::newmark && contact.enforcement != Enforcement::impulse)
-      throw InputError(contact.source.text() + ": contact: " + what +
-                       " goes with explicit integrators only: with integrator: newmark use " +
-                       "enforcement: impulse, which closes the gaps at the end of each step");
     if (scene.time->integrator == Integrator::exact && contact.enforcement == Enforcement::nodal && skin_acts(scene))
       throw InputError(contact.source.text() + ": contact: " + what + " with shells that act (skin) needs integrator: " +
                        "central-difference: the diagonal form of superelements with shells has no nodal masses");

@@ -99,8 +99,12 @@ TEST(TimePlan, NewmarkTakesAnyStep) {
   }
   options.cfl = 10;
   EXPECT_NEAR(plan_time(options, 25 * critical, bodies, hard).h, 25.0 / 3 * critical, 1e-9 * critical);  // fits the outputs
+  EXPECT_NE(plan_time(options, 25 * critical, bodies, hard).limit.find("stiff"), std::string::npos);
+  EXPECT_EQ(plan_time(options, 5 * critical, bodies, hard).limit, "output.every");  // a step passes no output
   options.cfl.reset();
   options.step = 123 * critical;
+  EXPECT_EQ(plan_time(options, 0, bodies, hard).limit, "time.step");
+  EXPECT_EQ(plan_time(options, 40 * critical, bodies, hard).limit, "output.every");
   EXPECT_NEAR(plan_time(options, 0, bodies, hard).h, 1000.0 / 9 * critical, 1e-9 * critical);
   options.step = 1e-30;
   EXPECT_THROW(plan_time(options, 0, bodies, hard), InputError);
