@@ -52,8 +52,8 @@ def draw(axis, run, colour, label, **options):
 
 
 def mark_segments(axis):
-    for t, text in ((0.5, "approach"), (4.1, "contact"), (9.3, "separated")):
-        axis.text(t, 38, text, color=GREY, fontsize=9)
+    for t, text in ((2.0, "approach"), (6.1, "contact"), (10.1, "separated")):
+        axis.text(t, 0.03, text, color=GREY, fontsize=9, ha="center", transform=axis.get_xaxis_transform())
     for t in (3.99, 8.24):
         axis.axvline(t, color=GREY, linewidth=0.8, linestyle=":")
 
