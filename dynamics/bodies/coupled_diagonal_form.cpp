@@ -95,7 +95,7 @@ DiagonalForm diagonal_form(const CoupledModel& model, const std::vector<HeldDire
   return form;
 }
 
-Superelement nodes_only(const CoupledModel& model, bool masses) {
+Superelement nodes_only(const CoupledModel& model) {
   const Index n = model.coordinates.rows(), n_modal = model.n_modal();
   Superelement s;
   s.eigenvalues.resize(n_modal);
@@ -110,10 +110,6 @@ Superelement nodes_only(const CoupledModel& model, bool masses) {
   }
   s.coordinates = model.coordinates;
   s.rigid_body = model.rigid_body;
-  if (!masses) return s;
-  const Matrix M = dense_mass(model);
-  s.M_cc = M.block(n_modal, n_modal, 3 * n, 3 * n);
-  s.M_kc = M.block(0, n_modal, n_modal, 3 * n);
   return s;
 }
 

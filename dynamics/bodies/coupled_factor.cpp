@@ -287,12 +287,4 @@ void CoupledFactor::solve_free(Eigen::Ref<Matrix> Y) const {
   }
 }
 
-double CoupledFactor::bytes() const {
-  double entries = static_cast<double>(impl_->diagonal.size());
-  if (impl_->cholesky) entries = static_cast<double>(impl_->dense.rows() * (impl_->dense.rows() + 1));
-  if (impl_->sparse) entries = 2 * impl_->sparse->n_nonzeros();
-  for (const CoupledPart& part : impl_->model.parts) entries += 2 * static_cast<double>(part.superelement->M_kc.size());
-  return 8 * entries;
-}
-
 }  // namespace cbr

@@ -29,7 +29,6 @@ class CoupledFactor {
   void solve_free(Eigen::Ref<Matrix> Y) const;
   // S when it is diagonal, else empty.
   const Vector& diagonal() const;
-  double bytes() const;  // that a solve must read
 
  private:
   struct Impl;

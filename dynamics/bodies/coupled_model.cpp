@@ -174,40 +174,4 @@ FreeDofs free_dofs(const CoupledModel& model, const std::vector<HeldDirection>& 
   return free;
 }
 
-SparseMatrix whole_stiffness(const CoupledModel& model) {
-  const Index n_modal = model.n_modal();
-  Triplets entries;
-  Index first = 0;
-  for (const CoupledPart& part : model.parts) {
-    const Superelement& s = *part.superelement;
-    for (Index j = 0; j < s.k(); ++j) entries.emplace_back(first + j, first + j, s.eigenvalues[j]);
-    for (Index j = 0; j < s.c(); ++j)
-      for (Index i = 0; i < s.c(); ++i) entries.emplace_back(n_modal + part.dof[i], n_modal + part.dof[j], s.K_cc(i, j));
-    first += s.k();
-  }
-  append(model.K, shifted(model.K.cols(), n_modal), entries);
-  return from_triplets(model.n(), entries);
-}
-
-SparseMatrix whole_mass(const CoupledModel& model) {
-  const Index n_modal = model.n_modal();
-  Triplets entries;
-  Index first = 0;
-  for (const CoupledPart& part : model.parts) {
-    const Superelement& s = *part.superelement;
-    for (Index j = 0; j < s.k(); ++j) entries.emplace_back(first + j, first + j, 1.0);
-    for (Index j = 0; j < s.c(); ++j) {
-      const Index column = n_modal + part.dof[j];
-      for (Index i = 0; i < s.k(); ++i) {
-        entries.emplace_back(first + i, column, s.M_kc(i, j));
-        entries.emplace_back(column, first + i, s.M_kc(i, j));
-      }
-      for (Index i = 0; i < s.c(); ++i) entries.emplace_back(n_modal + part.dof[i], column, s.M_cc(i, j));
-    }
-    first += s.k();
-  }
-  append(model.M, shifted(model.M.cols(), n_modal), entries);
-  return from_triplets(model.n(), entries);
-}
-
 }  // namespace cbr

@@ -54,18 +54,14 @@ struct FreeDofs {
 };
 FreeDofs free_dofs(const CoupledModel& model, const std::vector<HeldDirection>& held);
 
-// All coordinates, sparse (n x n): what oracles start from.
-SparseMatrix whole_stiffness(const CoupledModel& model);
-SparseMatrix whole_mass(const CoupledModel& model);
-
 // K V = M V diag(omega^2), V^T M V = I of the model with held directions (nodes of the model), dense: for `exact`, and as an
 // oracle. V has the rows of the coordinates. Without held directions the rigid modes are exact rigid motions, as those of
 // free_diagonal_form(). RunError when M is not positive definite, named by `where`.
 DiagonalForm diagonal_form(const CoupledModel& model, const std::vector<HeldDirection>& held, const std::string& where);
 
 // Nodes, coordinates and rigid body as a superelement without matrices: what SuperelementBody takes beside diagonal_form().
-// k = n_modal and c = 3 n, so that rows of nodes are those of V, whose last rows may be rotations. `masses`: with M_cc (c x c) and
-// M_kc, dense, that a nodal enforcement asks for.
-Superelement nodes_only(const CoupledModel& model, bool masses = false);
+// k = n_modal and c = 3 n, so that rows of nodes are those of V, whose last rows may be rotations. Not for a nodal enforcement,
+// which asks for M_cc and M_kc.
+Superelement nodes_only(const CoupledModel& model);
 
 }  // namespace cbr

@@ -189,11 +189,4 @@ Matrix CoupledSystem::nodal_inverse(double theta, const std::vector<Index>& node
   return 0.5 * (answer + answer.transpose());
 }
 
-double CoupledSystem::stiffness_bytes() const {
-  double bytes = 8.0 * static_cast<double>(K_.values.size()) + 4.0 * static_cast<double>(K_.column.size());
-  for (const CoupledPart& part : model_->parts)
-    bytes += 4.0 * static_cast<double>(part.superelement->c() * (part.superelement->c() + 1));
-  return bytes;
-}
-
 }  // namespace cbr

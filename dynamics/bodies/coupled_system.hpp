@@ -37,8 +37,6 @@ class CoupledSystem {
   // G A^-1 G^T of the displacements of nodes in axes turned by T: rows 3 i + a of G are T_a . u(nodes[i])   (3m x 3m).
   Matrix nodal_inverse(double theta, const std::vector<Index>& nodes, const Matrix3& T);
 
-  double stiffness_bytes() const;  // that a product must read
-
  private:
   void multiply_stiffness_as_is(const Vector& x, Vector& y);
   bool translations_are_free();

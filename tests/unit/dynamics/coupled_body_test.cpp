@@ -70,8 +70,8 @@ struct Dense {
 
   Dense(const CoupledModel& model, const std::vector<HeldDirection>& held, Method m)
       : Z(test::whole_free_basis(model, held)), method(m) {
-    K = Z.transpose() * whole_stiffness(model) * Z;
-    M = Z.transpose() * whole_mass(model) * Z;
+    K = Z.transpose() * test::whole_stiffness(model) * Z;
+    M = Z.transpose() * test::whole_mass(model) * Z;
     mass.compute(M);
     y = Vector::Zero(M.rows());
   }
@@ -120,7 +120,7 @@ TEST(CoupledBody, IsTheSchemeOfTheDenseMatrices) {
         body->add_force(force, ramp);
         dense.f = local(force, all_nodes(*body)), dense.p = local(impulse, {2, 5, 7});
         const Vector rigid = rigid_motions(*model).leftCols(3) * (placement.T.transpose() * placement.velocity);
-        dense.v = dense.mass.solve(dense.Z.transpose() * Vector(whole_mass(*model) * rigid));
+        dense.v = dense.mass.solve(dense.Z.transpose() * Vector(test::whole_mass(*model) * rigid));
         const double share = method.scheme == Scheme::newmark ? 6 : 1.5;
         double t = 0, last_h = 0;
         for (int step = 0; step < 40; ++step) {

@@ -38,7 +38,7 @@ std::vector<CoupledModel> all_models() {
 
 TEST(CoupledModel, RigidMotionsAreFreeAndHaveTheRigidBodysMass) {
   for (const CoupledModel& model : all_models()) {
-    const Matrix R = rigid_motions(model), K = whole_stiffness(model), M = whole_mass(model);
+    const Matrix R = rigid_motions(model), K = test::whole_stiffness(model), M = test::whole_mass(model);
     EXPECT_LT((K - K.transpose()).norm() + (M - M.transpose()).norm(), 1e-13 * K.norm());
     EXPECT_LT((K * R).norm(), 1e-12 * K.norm() * R.norm());
     Matrix expected = Matrix::Zero(6, 6);
@@ -75,7 +75,7 @@ TEST(CoupledModel, DiagonalFormDiagonalises) {
     for (const bool hold : {false, true}) {
       const auto held = hold ? some_held() : std::vector<HeldDirection>{};
       const DiagonalForm form = diagonal_form(model, held, "test");
-      const Matrix K = whole_stiffness(model), M = whole_mass(model), V = form.V;
+      const Matrix K = test::whole_stiffness(model), M = test::whole_mass(model), V = form.V;
       const Index n = form.omega.size();
       ASSERT_EQ(n, model.n() - static_cast<Index>(held.size()));
       EXPECT_LT((V.transpose() * M * V - Matrix::Identity(n, n)).cwiseAbs().maxCoeff(), 1e-11);
@@ -98,7 +98,7 @@ TEST(CoupledModel, FactorSolvesTheWholeSystem) {
         EXPECT_EQ(free.is_all, !hold);
         const CoupledFactor factor(model, free, theta, "test");
         const Matrix Z = whole_free_basis(model, held);
-        const Matrix A = Z.transpose() * (Matrix(whole_mass(model)) + theta * Matrix(whole_stiffness(model))) * Z;
+        const Matrix A = Z.transpose() * (test::whole_mass(model) + theta * test::whole_stiffness(model)) * Z;
         const Vector f = random_vector(model.n());
         Vector x = f;
         factor.solve(x);
@@ -157,7 +157,7 @@ TEST(CoupledModel, SuperelementBodyTakesItsDiagonalForm) {
   const Index set = body.track({1, 9});
   const NodeResponse response = body.response(set, 1e-7);
   // A short step: the response is h M^-1
-  const Matrix M_inverse = Matrix(whole_mass(model)).inverse();
+  const Matrix M_inverse = test::whole_mass(model).inverse();
   std::vector<Index> rows;
   for (const Index node : {1, 9})
     for (Index c = 0; c < 3; ++c) rows.push_back(model.n_modal() + 3 * node + c);

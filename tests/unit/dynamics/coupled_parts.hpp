@@ -84,6 +84,38 @@ inline CoupledModel chain_with_shells(Index k) {
   return model;
 }
 
+// K and M of all coordinates, dense (n x n), put together as the header of coupled_model.hpp has them.
+inline Matrix whole_stiffness(const CoupledModel& model) {
+  Matrix K = Matrix::Zero(model.n(), model.n());
+  if (model.K.size() > 0) K.bottomRightCorner(model.n_nodal(), model.n_nodal()) = model.K;
+  Index first = 0;
+  for (const CoupledPart& part : model.parts) {
+    const Superelement& s = *part.superelement;
+    K.diagonal().segment(first, s.k()) = s.eigenvalues;
+    for (Index j = 0; j < s.c(); ++j)
+      for (Index i = 0; i < s.c(); ++i) K(model.n_modal() + part.dof[i], model.n_modal() + part.dof[j]) += s.K_cc(i, j);
+    first += s.k();
+  }
+  return K;
+}
+
+inline Matrix whole_mass(const CoupledModel& model) {
+  Matrix M = Matrix::Zero(model.n(), model.n());
+  if (model.M.size() > 0) M.bottomRightCorner(model.n_nodal(), model.n_nodal()) = model.M;
+  Index first = 0;
+  for (const CoupledPart& part : model.parts) {
+    const Superelement& s = *part.superelement;
+    M.diagonal().segment(first, s.k()).setOnes();
+    for (Index j = 0; j < s.c(); ++j) {
+      const Index column = model.n_modal() + part.dof[j];
+      for (Index i = 0; i < s.k(); ++i) M(first + i, column) = M(column, first + i) = s.M_kc(i, j);
+      for (Index i = 0; i < s.c(); ++i) M(model.n_modal() + part.dof[i], column) += s.M_cc(i, j);
+    }
+    first += s.k();
+  }
+  return M;
+}
+
 inline std::vector<HeldDirection> some_held() {
   const Vector3 a = Vector3(1, 2, -0.5).normalized(), b = a.cross(Vector3(0, 0, 1)).normalized();
   return {{3, a}, {7, a}, {7, b}, {8, Vector3::UnitX()}, {8, Vector3::UnitY()}, {8, Vector3::UnitZ()}};
