@@ -2,6 +2,7 @@
 #include "dynamics/setup/build.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <set>
 #include <sstream>
@@ -68,6 +69,40 @@ void refuse_what_cannot_be(const Scene& scene) {
     if (scene.time->integrator == Integrator::exact && contact.enforcement == Enforcement::nodal && skin_acts(scene))
       throw InputError(contact.source.text() + ": contact: " + what + " with shells that act (skin) needs integrator: " +
                        "central-difference: the diagonal form of superelements with shells has no nodal masses");
+  }
+}
+
+// The shortest time in which a history leaves a value and turns back.
+double shortest_pulse(const History& history) {
+  double shortest = std::numeric_limits<double>::infinity(), start = 0;
+  int before = 0;
+  for (std::size_t k = 1; k < history.time.size(); ++k) {
+    const double change = history.value[k] - history.value[k - 1];
+    const int sign = change > 0 ? 1 : change < 0 ? -1 : 0;
+    if (sign == 0) continue;
+    if (before == -sign) shortest = std::min(shortest, history.time[k] - start);
+    if (before != sign) start = history.time[k - 1];
+    before = sign;
+  }
+  return shortest;
+}
+
+// A pulse between two steps would leave no trace: only a body that moves exactly takes a load as it is between its steps.
+void warn_of_missed_loads(const Scene& scene, const BuiltScene& built, Report& report) {
+  const auto& bodies = built.simulation.bodies;
+  const double h = built.simulation.plan.h;
+  for (std::size_t i = 0; i < scene.loads.size(); ++i) {
+    const Load& load = scene.loads[i];
+    const bool sampled = load.kind == Load::Kind::gravity
+                             ? std::any_of(bodies.begin(), bodies.end(), [](const auto& body) { return !body->is_exact(); })
+                             : !bodies[static_cast<std::size_t>(instance_index(scene, load.instance))]->is_exact();
+    const double pulse = shortest_pulse(load.history);
+    if (!sampled || pulse >= 2 * h * (1 - 1e-9)) continue;
+    std::ostringstream text;
+    text.precision(4);
+    text << load.source.text() << ": loads[" << i << "].history rises and falls within " << pulse << " s, less than two steps of "
+         << h << " s, and is seen at the ends of steps only: take a smaller step";
+    report.warning(text.str());
   }
 }
 
@@ -167,6 +202,7 @@ BuiltScene build(const Scene& scene, Report& report, const BuildOptions& options
   add_loads(scene, built);
   add_monitors(scene, built);
   built.simulation.plan = plan_time(*scene.time, scene.output.every, built.simulation.bodies, in_contact);
+  warn_of_missed_loads(scene, built, report);
   return built;
 }
 

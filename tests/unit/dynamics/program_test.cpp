@@ -128,6 +128,25 @@ TEST_F(Program, ASurfaceThatWasNotKeptNamesTheCure) {
   expect_refused(file, {"x_min", "x_max", "reduction.interface", "cbr-reduce", "scene.yaml:"});
 }
 
+TEST_F(Program, APulseThatStepsMayMissIsWarnedOf) {
+  // Steps of 0.05 miss it, but for a body that moves exactly; a load that is switched on is no pulse.
+  std::string load =
+      "loads:\n  - {instance: right, surface: x_max, force: [0, 1, 0], history: {time: [0.011, 0.012, 0.014, 0.015], value: [0, 1, 1, 0]}}\n";
+  const auto warned = [&](const std::string& kind, const std::string& time) {
+    const std::string file = scene(kind, "", time, load);
+    if (kind == "superelement") make_superelement(file);
+    testing::internal::CaptureStderr();
+    run(file);
+    return testing::internal::GetCapturedStderr().find("loads[0].history rises and falls within 0.004 s") != std::string::npos;
+  };
+  EXPECT_TRUE(warned("mesh", ", integrator: newmark"));
+  EXPECT_FALSE(warned("mesh", ", integrator: newmark, step: 0.001"));
+  EXPECT_TRUE(warned("superelement", ", integrator: newmark"));
+  EXPECT_FALSE(warned("superelement", ", integrator: exact"));
+  load = "loads:\n  - {instance: right, surface: x_max, force: [0, 1, 0], history: {time: [0.011, 0.012, 0.014], value: [0, 1, 1]}}\n";
+  EXPECT_FALSE(warned("mesh", ", integrator: newmark"));
+}
+
 TEST_F(Program, LoadsBoundariesAndGravity) {
   const std::string file =
       scene("mesh", "", "",
