@@ -29,22 +29,6 @@ class OneThreadEach {
   int before_;
 };
 
-// Nodes of the volume elements, without matrices: what questions of connectivity need.
-FiniteElementModel nodes_of(const Mesh& mesh) {
-  FiniteElementModel model;
-  model.row.assign(mesh.node_ids.size(), -1);
-  for (const Block& block : mesh.blocks) {
-    if (dimension(block.type) != 3) continue;
-    for (const Index node : block.connectivity.reshaped()) model.row[static_cast<std::size_t>(node)] = 0;
-  }
-  for (std::size_t node = 0; node < model.row.size(); ++node) {
-    if (model.row[node] < 0) continue;
-    model.row[node] = static_cast<Index>(model.nodes.size());
-    model.nodes.push_back(static_cast<Index>(node));
-  }
-  return model;
-}
-
 // Mesh nodes of the component's interface.
 std::vector<Index> kept_nodes(const Mesh& mesh, const FiniteElementModel& model, const std::vector<std::string>& sets) {
   std::vector<Index> nodes;
@@ -173,12 +157,12 @@ void add_diagonal(const Mesh& mesh, Index limit, Report& report, SuperelementGro
 
 std::vector<Index> component_interface(const Mesh& mesh, const std::vector<std::string>& sets) {
   std::vector<Index> ids;
-  for (const Index node : kept_nodes(mesh, nodes_of(mesh), sets)) ids.push_back(mesh.node_ids[static_cast<std::size_t>(node)]);
+  for (const Index node : kept_nodes(mesh, number_nodes(mesh), sets)) ids.push_back(mesh.node_ids[static_cast<std::size_t>(node)]);
   return ids;
 }
 
 std::vector<Index> parts_of(const Mesh& mesh, const std::vector<Index>& node_ids) {
-  const FiniteElementModel model = nodes_of(mesh);
+  const FiniteElementModel model = number_nodes(mesh);
   const std::vector<Index> part_of_node = connected_parts(mesh, model);
   std::map<Index, Index> part_of_id;
   for (std::size_t i = 0; i < model.nodes.size(); ++i) {
@@ -194,8 +178,7 @@ SuperelementGroup reduce_domains(const Mesh& mesh, const std::vector<BlockProper
                                  GroupFigures* figures) {
   GroupFigures own;
   GroupFigures& f = figures != nullptr ? *figures : own;
-  const FiniteElementModel model = nodes_of(mesh);
-  if (model.nodes.empty()) throw InputError("the mesh has no volume elements: there is nothing to reduce");
+  const FiniteElementModel model = number_nodes(mesh);
   const std::vector<Index> interface = kept_nodes(mesh, model, options.interface_sets);
   std::vector<Domain> domains;
   {

@@ -20,24 +20,6 @@ constexpr double dofs_per_hex = 24;
 
 bool is_volume(const Block& block) { return dimension(block.type) == 3; }
 
-// The nodes that volume elements use, as assemble() numbers them, without K and M.
-FiniteElementModel number_nodes(const Mesh& mesh) {
-  FiniteElementModel model;
-  model.row.assign(static_cast<std::size_t>(mesh.coordinates.rows()), -1);
-  for (const Block& block : mesh.blocks) {
-    if (!is_volume(block)) continue;
-    for (const Index node : block.connectivity.reshaped()) model.row[static_cast<std::size_t>(node)] = 0;
-  }
-  for (std::size_t i = 0; i < model.row.size(); ++i) {
-    if (model.row[i] < 0) continue;
-    model.row[i] = static_cast<Index>(model.nodes.size());
-    model.nodes.push_back(static_cast<Index>(i));
-  }
-  if (model.nodes.empty())
-    throw InputError("the mesh has no volume elements (hexes, tets, wedges, pyramids): there is nothing to reduce");
-  return model;
-}
-
 // Volume elements by their nodes (rows of the model), one after the other.
 struct Elements {
   std::vector<std::vector<Index>> nodes;

@@ -78,6 +78,23 @@ Index rank_on_interface(const Mesh& mesh, const FiniteElementModel& model, const
 
 }  // namespace
 
+FiniteElementModel number_nodes(const Mesh& mesh) {
+  FiniteElementModel model;
+  model.row.assign(static_cast<std::size_t>(mesh.coordinates.rows()), -1);
+  for (const Block& block : mesh.blocks) {
+    if (dimension(block.type) != 3) continue;
+    for (const Index node : block.connectivity.reshaped()) model.row[static_cast<std::size_t>(node)] = 0;
+  }
+  for (std::size_t i = 0; i < model.row.size(); ++i) {
+    if (model.row[i] < 0) continue;
+    model.row[i] = static_cast<Index>(model.nodes.size());
+    model.nodes.push_back(static_cast<Index>(i));
+  }
+  if (model.nodes.empty())
+    throw InputError("the mesh has no volume elements (hexes, tets, wedges, pyramids): there is nothing to reduce");
+  return model;
+}
+
 std::vector<Index> dofs_of(const std::vector<Index>& nodes) {
   std::vector<Index> dofs;
   dofs.reserve(3 * nodes.size());

@@ -21,6 +21,10 @@ struct Partition {
   Index n_interface() const { return K_CC.rows(); }
 };
 
+// The nodes that volume elements use, as assemble() numbers them, without K and M: what questions of connectivity need. InputError:
+// there are none.
+FiniteElementModel number_nodes(const Mesh& mesh);
+
 // The model nodes of the named sidesets and nodesets, ascending and unique. InputError: a name that the mesh does not have, a
 // set without nodes or with a node that no volume element uses, no name at all.
 std::vector<Index> interface_nodes(const Mesh& mesh, const FiniteElementModel& model, const std::vector<std::string>& sets);
