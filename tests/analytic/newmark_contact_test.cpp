@@ -277,7 +277,7 @@ TEST(NewmarkContact, BlockRestsOnAWall) {
       expect_conserved(ran);
       EXPECT_NEAR(mean, 1, 2e-4);
       EXPECT_LT(unrest, 0.03);
-      EXPECT_LT(foot, alpha == 0 ? 1e-12 : 2e-4);
+      EXPECT_LT(foot, 1e-13);
     }
 }
 
