@@ -140,8 +140,9 @@ enum class Integrator { exact, central_difference, newmark };
 struct TimeOptions {
   double end = 0;
   std::optional<double> step;  // seconds; neither step nor cfl: auto
-  std::optional<double> cfl;   // of the critical step of central differences; above 1 with newmark only
+  std::optional<double> cfl;   // of the critical step of central differences; above 1 with newmark and mass_scaling only
   double alpha = 0;            // newmark: HHT's, in [-1/3, 0]
+  bool mass_scaling = false;   // exact: superelements' modes above 2 / step get that frequency and more modal mass (extension)
   bool force_step = false;     // key `force: true`: a step above the critical one is run all the same (extension)
   Integrator integrator = Integrator::exact;
   SourceLine source;

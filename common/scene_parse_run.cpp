@@ -56,8 +56,9 @@ void parse_step(const SceneNode& node, TimeOptions& time) {
   if (node.is_map()) {
     const SceneMap map = node.map({"cfl"});
     time.cfl = map.at("cfl").positive();
-    if (*time.cfl > 1 && time.integrator != Integrator::newmark)
-      map.at("cfl").fail("found a number above 1, expected one from above 0 to 1 (above 1 with integrator: newmark only)");
+    if (*time.cfl > 1 && time.integrator != Integrator::newmark && !time.mass_scaling)
+      map.at("cfl").fail(
+          "found a number above 1, expected one from above 0 to 1 (above 1 with integrator: newmark or mass_scaling: true only)");
   } else if (!node.is_scalar()) {
     node.fail("expected auto, seconds, or {cfl: NUMBER}");
   } else if (node.text() != "auto") {
@@ -109,12 +110,16 @@ void parse_loads(const SceneNode& node, Scene& scene) {
 }
 
 void parse_time(const SceneNode& node, Scene& scene) {
-  const SceneMap map = node.map({"end", "step", "integrator", "alpha", "force"});
+  const SceneMap map = node.map({"end", "step", "integrator", "alpha", "mass_scaling", "force"});
   TimeOptions time;
   time.source = node.source();
   time.end = map.at("end").positive();
   if (const auto* integrator = map.find("integrator")) {
     time.integrator = integrator->one_of(integrator_words);
+  }
+  if (const auto* scaling = map.find("mass_scaling")) {
+    time.mass_scaling = scaling->boolean();
+    if (time.mass_scaling && time.integrator != Integrator::exact) scaling->fail("goes with integrator: exact only");
   }
   if (const auto* step = map.find("step")) parse_step(*step, time);
   if (const auto* force = map.find("force")) time.force_step = force->boolean();

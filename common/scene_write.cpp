@@ -168,6 +168,7 @@ std::string time_text(const TimeOptions& time) {
   FlowMap map;
   map.add("end", number_text(time.end)).add("step", step).add("integrator", word_of(integrator_words, time.integrator));
   if (time.alpha != 0) map.add("alpha", number_text(time.alpha));
+  if (time.mass_scaling) map.add("mass_scaling", "true");
   return map.add_if(time.force_step, "force", "true").text();
 }
 

@@ -68,7 +68,7 @@ NodeResponse CoupledBody::mass_response(const std::vector<Index>& nodes, double 
   bool node_by_node = system_->factor(0).diagonal().size() > 0;
   for (std::size_t i = 0; node_by_node && i < nodes.size(); ++i) node_by_node = !system_->is_held(nodes[i]);
   if (!node_by_node) {
-    response.dense = weight * system_->nodal_inverse(0, nodes, placement_.T);
+    response.set_block(weight * system_->nodal_inverse(0, nodes, placement_.T));
     return response;
   }
   const Index n_modal = system_->n_modal();
@@ -83,7 +83,7 @@ NodeResponse CoupledBody::mass_response(const std::vector<Index>& nodes, double 
 NodeResponse CoupledBody::response(Index set, double h) const {
   if (scheme_ == Scheme::central_difference) return mass_response(sets_[set], h);
   NodeResponse response;
-  response.dense = 0.5 * h * system_->nodal_inverse(theta(h), sets_[set], placement_.T);
+  response.set_block(0.5 * h * system_->nodal_inverse(theta(h), sets_[set], placement_.T));
   return response;
 }
 

@@ -54,21 +54,22 @@ NodeResponse MeshBody::response(Index set, double h) const {
     if (!any_held) return response;
   }
   // Columns of T h M^-1 T^T on the free directions   (3m x 3m)
-  response.dense.setZero(3 * m, 3 * m);
+  Matrix S = Matrix::Zero(3 * m, 3 * m);
   Points force = Points::Zero(model_->mass.size(), 3), a = force;
   for (Index j = 0; j < 3 * m; ++j) {
     force.row(nodes[j / 3]) = placement_.T.row(j % 3);
     if (consistent()) {
       accelerations(force, a);
-      for (Index i = 0; i < m; ++i) response.dense.col(j).segment<3>(3 * i) = h * (placement_.T * a.row(nodes[i]).transpose());
+      for (Index i = 0; i < m; ++i) S.col(j).segment<3>(3 * i) = h * (placement_.T * a.row(nodes[i]).transpose());
     } else {
       Vector3 local = force.row(nodes[j / 3]).transpose() / model_->mass[nodes[j / 3]];
       for (const HeldDirection& held : held_of(nodes[j / 3])) local -= local.dot(held.direction) * held.direction;
-      response.dense.col(j).segment<3>(3 * (j / 3)) = h * (placement_.T * local);
+      S.col(j).segment<3>(3 * (j / 3)) = h * (placement_.T * local);
     }
     force.row(nodes[j / 3]).setZero();
   }
   response.diagonal.resize(0);
+  response.set_block(std::move(S));
   return response;
 }
 

@@ -86,10 +86,10 @@ void SuperelementBody::end_velocities(Index set, Points& v) {
 NodeResponse SuperelementBody::velocity_response(Index set) const {
   const Matrix& Vt = sets_[set].Vt;
   NodeResponse response;
-  response.dense.setZero(Vt.cols(), Vt.cols());
-  if (Vt.rows() == 0) return response;
-  response.dense.selfadjointView<Eigen::Lower>().rankUpdate(Vt.transpose());
-  response.dense.triangularView<Eigen::StrictlyUpper>() = response.dense.transpose();
+  Matrix S = Matrix::Zero(Vt.cols(), Vt.cols());
+  if (Vt.rows() > 0) S.selfadjointView<Eigen::Lower>().rankUpdate(Vt.transpose());
+  S.triangularView<Eigen::StrictlyUpper>() = S.transpose();
+  response.set_block(std::move(S));
   return response;
 }
 

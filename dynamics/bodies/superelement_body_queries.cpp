@@ -19,19 +19,16 @@ NodeResponse SuperelementBody::response(Index set, double h) const {
   if (is_exact()) weight = propagator(h).s;
   if (scheme_ == Scheme::newmark) weight = 0.5 * newmark_weight(h);
   NodeResponse response;
-  const Index m = s.Vt.cols();
+  Matrix S = Matrix::Zero(s.Vt.cols(), s.Vt.cols());
   if (weight.size() == 0) {  // every dof is held
-    response.dense.setZero(m, m);
-    return response;
-  }
-  if (weight.minCoeff() >= 0) {
+  } else if (weight.minCoeff() >= 0) {
     const Matrix scaled = weight.cwiseSqrt().asDiagonal() * s.Vt;
-    response.dense.setZero(m, m);
-    response.dense.selfadjointView<Eigen::Lower>().rankUpdate(scaled.transpose());
+    S.selfadjointView<Eigen::Lower>().rankUpdate(scaled.transpose());
   } else {
-    response.dense.noalias() = s.Vt.transpose() * (weight.asDiagonal() * s.Vt);
+    S.noalias() = s.Vt.transpose() * (weight.asDiagonal() * s.Vt);
   }
-  response.dense.triangularView<Eigen::StrictlyUpper>() = response.dense.transpose();
+  S.triangularView<Eigen::StrictlyUpper>() = S.transpose();
+  response.set_block(std::move(S));
   return response;
 }
 

@@ -8,24 +8,26 @@
 namespace cbr {
 namespace {
 
-// The columns of G that belong to a body, as triplets per row: G_b   (m x 3 m_b)
+// The columns of G that belong to a body, in the axes of its response: G_b   (m x 3 m_b)
 using RowMajorSparse = Eigen::SparseMatrix<double, Eigen::RowMajor, Index>;
 
-RowMajorSparse rows_of_body(const ContactList& list, const std::vector<PointLaw>& laws, Index m, Index body, Index n_nodes) {
+RowMajorSparse rows_of_body(const ContactList& list, const std::vector<PointLaw>& laws, Index m, Index body,
+                            const NodeResponse& S) {
   std::vector<Eigen::Triplet<double, Index>> entries;
   Index row = 0;
   for (std::size_t i = 0; i < list.points.size(); ++i) {
     const ContactPoint& point = list.points[i];
+    const Matrix3 frame = point.frame * S.axes;
     for (int d = 0; d < n_rows(laws[i].law); ++d, ++row) {
       for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {
         const ContactTerm& term = list.terms[t];
         if (term.body != body) continue;
         for (int c = 0; c < 3; ++c)
-          if (point.frame(d, c) != 0) entries.emplace_back(row, 3 * term.node + c, term.coefficient * point.frame(d, c));
+          if (frame(d, c) != 0) entries.emplace_back(row, 3 * term.node + c, term.coefficient * frame(d, c));
       }
     }
   }
-  RowMajorSparse G(m, 3 * n_nodes);
+  RowMajorSparse G(m, S.n_dofs());
   G.setFromTriplets(entries.begin(), entries.end());
   return G;
 }
@@ -102,7 +104,7 @@ GapResponse gap_response(const ContactList& list, const std::vector<PointLaw>& l
   std::vector<BodyRows> parts;
   for (const Index b : used) {
     const NodeResponse& S = bodies[b].response;
-    RowMajorSparse G = rows_of_body(list, laws, m, b, (S.is_diagonal() ? S.diagonal.size() : S.dense.rows()) / 3);
+    RowMajorSparse G = rows_of_body(list, laws, m, b, S);
     std::vector<Index> rows = rows_in_use(G);
     parts.push_back({&S, std::move(G), std::move(rows)});
   }
@@ -124,7 +126,7 @@ GapResponse gap_response(const ContactList& list, const std::vector<PointLaw>& l
       }
       continue;
     }
-    const Matrix block = dense_block(part.G, part.rows, part.response->dense);
+    const Matrix block = dense_block(part.G, part.rows, *part.response->block);
     if (W.is_sparse) {
       W.sparse += spread_block(block, part.rows, m);
     } else {

@@ -10,20 +10,6 @@
 namespace cbr {
 namespace {
 
-// end += S p, over the dofs that an impulse acts on.
-void move_end(const NodeResponse& response, const Points& impulses, Points& end_points) {
-  Eigen::Map<Vector> end(end_points.data(), end_points.size());
-  const double* p = impulses.data();
-  for (Index i = 0; i < impulses.size(); ++i) {
-    if (p[i] == 0) continue;
-    if (response.is_diagonal()) {
-      end[i] += response.diagonal[i] * p[i];
-    } else {
-      end += p[i] * response.dense.col(i);
-    }
-  }
-}
-
 // Hands the impulses of the group to the bodies; nodal: as velocities of the nodes alone.
 void deliver(Simulation& sim, const ContactGroup& group, bool nodal, double h, ContactState& state, ContactOutcome& outcome) {
   for (const Index b : group.bodies) {
@@ -39,11 +25,11 @@ void deliver(Simulation& sim, const ContactGroup& group, bool nodal, double h, C
       contact.end += h * (velocities.rowwise() + extra.transpose());
     } else if (pushed) {
       body.add_impulses(nodes.set, contact.impulses, ImpulseKind::contact);
-      move_end(contact.response, contact.impulses, contact.end);
+      contact.response.add_product(contact.impulses, contact.end);
     }
     if (rubbed) {
       body.add_impulses(nodes.set, contact.friction, ImpulseKind::friction);
-      move_end(contact.response, contact.friction, contact.end);
+      contact.response.add_product(contact.friction, contact.end);
     }
     if (pushed || rubbed) sweep(contact);
     if (pushed) state.impulses_since_output[b] += contact.impulses;
@@ -180,8 +166,7 @@ void settle(Simulation& sim, const ContactGroup& group, ContactState& state, Enf
     const ContactNodes& nodes = sim.contact_nodes[b];
     ContactBody& contact = state.bodies[b];
     sim.bodies[nodes.body]->end_velocities(nodes.set, v[b]);
-    if (contact.velocity_response.dense.size() + contact.velocity_response.diagonal.size() == 0)
-      contact.velocity_response = sim.bodies[nodes.body]->velocity_response(nodes.set);
+    if (contact.velocity_response.empty()) contact.velocity_response = sim.bodies[nodes.body]->velocity_response(nodes.set);
     contact.impulses.setZero(), contact.friction.setZero();
   }
   Points relative(result.p.rows(), 3);

@@ -162,13 +162,7 @@ class Stepper {
     for (std::size_t b = 0; b < state_.bodies.size(); ++b) {
       ContactBody& body = state_.bodies[b];
       sim_.bodies[sim_.contact_nodes[b].body]->add_impulses(sim_.contact_nodes[b].set, body.impulses);
-      const Eigen::Map<const Vector> impulses(body.impulses.data(), body.impulses.size());
-      Eigen::Map<Vector> moved(body.end.data(), body.end.size());
-      if (body.response.is_diagonal()) {
-        moved += body.response.diagonal.cwiseProduct(impulses);
-      } else {
-        moved.noalias() += body.response.dense * impulses;
-      }
+      body.response.add_product(body.impulses, body.end);
     }
     cbr::remember(list_, 0, list_.points.size(), end, p, 1e-6 * pair_.master.size, pair_.memory);
   }

@@ -81,6 +81,7 @@ const std::vector<Mistake> mistakes = {
     {"step: 1.0e-8", "step: small", {"time.step: found 'small', expected a number"}},
     {"step: 1.0e-8, integrator: newmark", "step: {cfl: 1.5}", {"time.step.cfl", "from above 0 to 1", "newmark"}},
     {"alpha: -0.125", "alpha: -0.4", {"time.alpha", "from -1/3 to 0"}},
+    {"alpha: -0.125", "mass_scaling: true", {"time.mass_scaling", "integrator: exact only"}},
     {"integrator: newmark", "integrator: exact", {"time.alpha", "newmark"}},
     {"step: 1.0e-8", "step: {cfl: 0}", {"time.step.cfl", "above 0"}},
     {"step: 1.0e-8", "step: {clf: 0.5}", {"did you mean 'cfl'?"}},

@@ -161,7 +161,7 @@ TEST(CoupledModel, SuperelementBodyTakesItsDiagonalForm) {
   std::vector<Index> rows;
   for (const Index node : {1, 9})
     for (Index c = 0; c < 3; ++c) rows.push_back(model.n_modal() + 3 * node + c);
-  EXPECT_LT((response.dense / 1e-7 - M_inverse(rows, rows)).norm(), 1e-8 * response.dense.norm() / 1e-7);
+  EXPECT_LT((response.dense() / 1e-7 - M_inverse(rows, rows)).norm(), 1e-8 * response.dense().norm() / 1e-7);
   Points p = Points::Zero(2, 3);
   p.row(0) << 1, 2, 3;
   const Vector3 before = body.state().momentum;

@@ -98,7 +98,7 @@ TEST(Newmark, ResponseIsWhatImpulsesDoAndTheInverseOfTheSystemMatrix) {
     for (const double share : {0.5, 2.0, 300.0}) {
       const double h = share / body.largest_frequency();
       const NodeResponse S = body.response(set, h);
-      EXPECT_GT(Eigen::SelfAdjointEigenSolver<Matrix>(S.dense).eigenvalues().minCoeff(), 0);
+      EXPECT_GT(Eigen::SelfAdjointEigenSolver<Matrix>(S.dense()).eigenvalues().minCoeff(), 0);
       Points before, after;
       body.predict(0, h);
       body.predicted_positions(set, before);
@@ -106,7 +106,7 @@ TEST(Newmark, ResponseIsWhatImpulsesDoAndTheInverseOfTheSystemMatrix) {
       body.add_impulses(set, 0.25 * p), body.add_impulses(set, 0.75 * p, ImpulseKind::friction);
       body.predicted_positions(set, after);
       const Points moved = after - before;
-      const Vector expected = S.dense * Eigen::Map<const Vector>(p.data(), p.size());
+      const Vector expected = S.dense() * Eigen::Map<const Vector>(p.data(), p.size());
       EXPECT_LT((Eigen::Map<const Vector>(moved.data(), 12) - expected).norm(), 1e-10 * expected.norm());
     }
     // h / 2 A^-1 at the dofs of an upright body
@@ -117,7 +117,7 @@ TEST(Newmark, ResponseIsWhatImpulsesDoAndTheInverseOfTheSystemMatrix) {
     const NewmarkOptions newmark{alpha};
     const Matrix A = reduced_mass(s) + newmark.stiffness_factor(h) * reduced_stiffness(s);
     const Matrix expected = (0.5 * h * A.inverse()).block<3, 3>(s.k() + 12, s.k() + 12);
-    EXPECT_LT((upright.response(one, h).dense - expected).norm(), 1e-10 * expected.norm());
+    EXPECT_LT((upright.response(one, h).dense() - expected).norm(), 1e-10 * expected.norm());
   }
 }
 

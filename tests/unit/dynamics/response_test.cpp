@@ -31,7 +31,8 @@ Scene random_scene(Index n_bodies, Index m, bool any_lumped, unsigned seed) {
       body.response.diagonal = Vector::NullaryExpr(3 * n_nodes, [&] { return 0.5 + std::abs(normal(random)); });
     } else {
       const Matrix A = Matrix::NullaryExpr(3 * n_nodes, 3 * n_nodes, [&] { return normal(random); });
-      body.response.dense = A * A.transpose();
+      body.response.set_block(A * A.transpose());
+      body.response.axes = Eigen::AngleAxisd(0.3 * static_cast<double>(b), Vector3(1, 2, -1).normalized()).toRotationMatrix();
     }
   }
   for (Index b = 0; b + 1 < n_bodies; ++b) {
@@ -70,8 +71,7 @@ TEST(Response, IsWhatImpulsesDoToGaps) {
       const Points total = body.impulses + body.friction;
       const Eigen::Map<const Vector> f(total.data(), total.size());
       body.start.setZero(total.rows(), 3), body.end.setZero(total.rows(), 3);
-      Eigen::Map<Vector>(body.end.data(), f.size()) =
-          body.response.is_diagonal() ? Vector(body.response.diagonal.cwiseProduct(f)) : Vector(body.response.dense * f);
+      Eigen::Map<Vector>(body.end.data(), f.size()) = body.response.dense() * f;
     }
     for (Index i = 0; i < p.rows(); ++i) {
       const Vector3 moved = s.list.points[i].frame * relative_motion(s.list, s.list.points[i], bodies);

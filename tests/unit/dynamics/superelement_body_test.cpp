@@ -105,7 +105,7 @@ TEST(SuperelementBody, ResponseIsWhatImpulsesDo) {
     const double h = 1.9 / body.largest_frequency();
     const NodeResponse S = body.response(set, h);
     EXPECT_FALSE(S.is_diagonal());
-    EXPECT_GT(Eigen::SelfAdjointEigenSolver<Matrix>(S.dense).eigenvalues().minCoeff(), 0);
+    EXPECT_GT(Eigen::SelfAdjointEigenSolver<Matrix>(S.dense()).eigenvalues().minCoeff(), 0);
     Points before, after;
     body.predict(0, h);
     body.predicted_positions(set, before);
@@ -113,7 +113,7 @@ TEST(SuperelementBody, ResponseIsWhatImpulsesDo) {
     body.add_impulses(set, p);
     body.predicted_positions(set, after);
     const Points moved = after - before;
-    const Vector expected = S.dense * Eigen::Map<const Vector>(p.data(), p.size());
+    const Vector expected = S.dense() * Eigen::Map<const Vector>(p.data(), p.size());
     EXPECT_LT((Eigen::Map<const Vector>(moved.data(), 12) - expected).norm(), 1e-12 * expected.norm());
   }
 }
