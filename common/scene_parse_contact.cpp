@@ -188,9 +188,13 @@ void parse_contact(const SceneNode& node, Scene& scene) {
 }
 
 void check_contact_with_time(const Scene& scene) {
-  if (!scene.time || scene.time->integrator != Integrator::newmark) return;
+  if (!scene.time) return;
   for (const ContactOptions& contact : scene.contact) {
     if (contact.enforcement == Enforcement::impulse) continue;
+    if (scene.time->mass_scaling)
+      throw InputError(contact.source.text() + ": contact: 'enforcement: " + word_of(enforcement_words, contact.enforcement) +
+                       "' does not go with time.mass_scaling: use 'enforcement: impulse'");
+    if (scene.time->integrator != Integrator::newmark) continue;
     throw InputError(contact.source.text() + ": contact: 'enforcement: " + word_of(enforcement_words, contact.enforcement) +
                      "' goes with explicit integrators only: with 'integrator: newmark' use 'enforcement: impulse', which closes " +
                      "the gaps at the end of each step");

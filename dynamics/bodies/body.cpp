@@ -18,6 +18,8 @@ double history_value(const History& history, double t) {
 
 void Body::end_velocities(Index, Points&) { assert(false && "only bodies under newmark have them"); }
 
+void Body::scale(double) { assert(false && "only where can_scale()"); }
+
 NodeResponse Body::velocity_response(Index) const {
   assert(false && "only bodies under newmark have it");
   return {};

@@ -17,7 +17,8 @@ struct BodyState {
   // angular_momentum: about the scene's origin, of the linearised motion (arms of the undeformed body about its centre of mass).
   Vector3 center_of_mass = Vector3::Zero(), momentum = Vector3::Zero(), angular_momentum = Vector3::Zero();
   double kinetic_energy = 0, strain_energy = 0;
-  double rotation = 0;  // mean rotation since the start, rad: the formulation is linear, so it should stay small
+  double rotation = 0;       // mean rotation since the start, rad: the formulation is linear, so it should stay small
+  double scaled_energy = 0;  // kinetic + strain, of what moves with scaled modal mass: what that costs in accuracy at most
 };
 
 // Work done on a body since the start of the run; kinetic + strain energy changes by their sum, to round-off.
@@ -44,6 +45,10 @@ class Body {
   virtual double largest_frequency() const = 0;  // rad/s, of the body alone; sets the step
   virtual Scheme scheme() const = 0;
   bool is_exact() const { return scheme() == Scheme::exact; }  // any step is allowed when no contact is near
+  // Whether scale() may be called: once, after all track() and add_...() calls and before the first predict(). It gives every mode
+  // above `clip` (rad/s) that frequency by scaling its modal mass; statics, rigid motion and all other modes stay as they are.
+  virtual bool can_scale() const { return false; }
+  virtual void scale(double clip);
 
   virtual const Points& reference_positions() const = 0;  // n_nodes x 3, scene axes, undeformed
   Index n_nodes() const { return reference_positions().rows(); }

@@ -74,7 +74,7 @@ void Recorder::record_monitors(double interval, ContactState& state) {
 }
 
 void Recorder::record_energy() {
-  double total = 0, external = 0, contact = 0, friction = 0, numerical = 0;
+  double total = 0, scaled = 0, external = 0, contact = 0, friction = 0, numerical = 0;
   for (std::size_t b = 0; b < sim_.bodies.size(); ++b) {
     const BodyState now = sim_.bodies[b]->state();
     const BodyWork work = sim_.bodies[b]->work();
@@ -85,6 +85,7 @@ void Recorder::record_energy() {
     series.kinetic_energy.push_back(now.kinetic_energy);
     series.strain_energy.push_back(now.strain_energy);
     total += now.kinetic_energy + now.strain_energy;
+    scaled += now.scaled_energy;
     external += work.external, contact += work.contact, friction += work.friction, numerical += work.numerical;
     if (now.rotation > result_.largest_rotation) {
       result_.largest_rotation = now.rotation;
@@ -92,6 +93,7 @@ void Recorder::record_energy() {
     }
   }
   result_.total.push_back(total);
+  if (scaled > 0) result_.scaled_energy_share = std::max(result_.scaled_energy_share, scaled / total);
   result_.work_external.push_back(external);
   result_.work_contact.push_back(contact);
   result_.work_friction.push_back(friction);

@@ -97,9 +97,10 @@ struct RunResult {
   std::vector<OfBody> bodies;
   std::vector<OfPair> pairs;
   std::vector<double> total, work_external, work_contact, work_friction, work_numerical, active;
-  Index steps = 0, jumps = 0;   // body steps are counted once for all bodies; a jump skips over steps without contact
-  double largest_rotation = 0;  // rad
-  Index most_rotated = -1;      // index into bodies
+  Index steps = 0, jumps = 0;      // body steps are counted once for all bodies; a jump skips over steps without contact
+  double scaled_energy_share = 0;  // largest share of all energy at an output that was in modes of scaled mass
+  double largest_rotation = 0;     // rad
+  Index most_rotated = -1;         // index into bodies
 };
 
 struct RunOptions {

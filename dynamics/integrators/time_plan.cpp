@@ -11,8 +11,9 @@
 namespace cbr {
 namespace {
 
-constexpr double automatic_share = 0.9, penalty_step_share = 0.25;  // of the critical step: central differences; penalty contact
-constexpr double fit_tolerance = 1e-9;                              // a step that overshoots by this much still fits
+// Of the critical step: central differences; penalty contact; exact with mass_scaling
+constexpr double automatic_share = 0.9, penalty_step_share = 0.25, scaled_share = 2;
+constexpr double fit_tolerance = 1e-9;  // a step that overshoots by this much still fits
 
 std::string text(double value) {
   std::ostringstream out;
@@ -55,9 +56,24 @@ Limit smallest(const std::vector<std::unique_ptr<Body>>& bodies, const std::vect
   return limit;
 }
 
-double automatic(const Body& body, ContactKind contact) {
+bool is_scaled(const TimeOptions& options, const Body& body) { return options.mass_scaling && body.can_scale(); }
+
+// The step to take as a share of the critical one.
+double share_of_critical(const TimeOptions& options, const Body& body, ContactKind contact) {
+  if (is_scaled(options, body)) return options.cfl.value_or(scaled_share);
+  if (options.cfl && *options.cfl <= 1) return *options.cfl;
   if (contact == ContactKind::penalty) return penalty_step_share;
   return body.is_exact() ? 1 : automatic_share;
+}
+
+// 2 / step where that is below a frequency of a body that is scaled, else 0.
+double clip_of(const TimeOptions& options, const TimePlan& plan, const std::vector<std::unique_ptr<Body>>& bodies,
+               const std::vector<ContactKind>& contact) {
+  double clip = 0;
+  for (std::size_t b = 0; b < bodies.size(); ++b)
+    if (is_scaled(options, *bodies[b]) && contact[b] != ContactKind::none && bodies[b]->largest_frequency() * plan.h > 2)
+      clip = 2 / plan.h;
+  return clip;
 }
 
 // Of the critical step: what springs are left of their stiffness, 4 - x^2 of 4, is 1 %; at the critical step they hold nothing.
@@ -145,9 +161,10 @@ TimePlan plan_time(const TimeOptions& options, double every, const std::vector<s
                    const std::vector<ContactKind>& contact) {
   const bool newmark = std::any_of(bodies.begin(), bodies.end(), [](const auto& b) { return b->scheme() == Scheme::newmark; });
   if (newmark) return plan_newmark(options, every, bodies);
-  const Limit critical = smallest(bodies, contact, [](const Body&, ContactKind) { return 1.0; });
-  const Limit limit = options.cfl ? smallest(bodies, contact, [&](const Body&, ContactKind) { return *options.cfl; })
-                                  : smallest(bodies, contact, automatic);
+  const Limit critical =
+      smallest(bodies, contact, [&](const Body& body, ContactKind) { return is_scaled(options, body) ? HUGE_VAL : 1.0; });
+  const Limit limit =
+      smallest(bodies, contact, [&](const Body& body, ContactKind kind) { return share_of_critical(options, body, kind); });
   double h = limit.h;
   std::string reason;
   if (options.step) {
@@ -156,6 +173,7 @@ TimePlan plan_time(const TimeOptions& options, double every, const std::vector<s
   } else if (limit.body) {
     reason = "'" + limit.body->name() + "' (critical step " + text(limit.critical) + " s, highest frequency " +
              text(limit.body->largest_frequency()) + " rad/s)";
+    if (is_scaled(options, *limit.body)) reason = text(limit.h / limit.critical) + " critical steps of " + reason;
   }
   require_countable(options, h, every);
   TimePlan plan = fit_steps(h, every, options.end);
@@ -165,6 +183,7 @@ TimePlan plan_time(const TimeOptions& options, double every, const std::vector<s
                      "' (2 / highest frequency): use step: auto, a smaller one, or force: true to run it all the same");
   }
   require_springs(options, plan.h, bodies, contact);
+  plan.clip = clip_of(options, plan, bodies, contact);
   plan.limit = options.step && cut_by_output(plan, h) ? "output.every" : reason;
   return plan;
 }

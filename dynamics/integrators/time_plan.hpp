@@ -21,6 +21,8 @@ struct TimePlan {
   // rigid)
   std::optional<double> newmark_alpha;
   double critical = 0;
+  // Bodies that can_scale() get all modes above this frequency scaled to it (rad/s); 0: none.
+  double clip = 0;
 
   Index n_steps() const { return n_whole + n_rest; }
   double time(Index step) const;
@@ -43,7 +45,9 @@ enum class ContactKind : char { none, hard, penalty };
 // From the scene's options: auto is the critical step of exact bodies and 0.9 of it for central differences; half of it for bodies
 // in a penalty contact, whose spring is the stiffer the further the step is below the critical one. Where all bodies are under
 // Newmark, auto is one step to an output (a thousandth of the end when every step is one) and cfl of any size is of what the
-// critical step would be. InputError: a step above the critical one (unless time.force), more steps or outputs than can be.
+// critical step would be. With mass_scaling the same holds, from a default of 2, for the critical step of exact bodies in contact
+// that can_scale(); the others keep their limit. InputError: a step above the critical one (unless time.force), more steps or
+// outputs than can be.
 TimePlan plan_time(const TimeOptions& options, double every, const std::vector<std::unique_ptr<Body>>& bodies,
                    const std::vector<ContactKind>& contact);
 

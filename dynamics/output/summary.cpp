@@ -67,6 +67,12 @@ void step_lines(const BuiltScene& built, const RunResult& result, Report& report
     line << "; step limited by " << plan.limit;
   }
   report.line(line.str());
+  if (plan.clip == 0) return;
+  std::ostringstream scaling;
+  scaling.precision(3);
+  scaling << "mass scaling: in superelements that touch, all modes above " << plan.clip / (2 * std::numbers::pi)
+          << " Hz have that frequency; they held at most " << 100 * result.scaled_energy_share << " % of the energy";
+  report.line(scaling.str());
 }
 
 // "1 step", "2 steps"

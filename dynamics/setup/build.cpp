@@ -72,6 +72,15 @@ void refuse_what_cannot_be(const Scene& scene) {
   }
 }
 
+// Modal mass scaling of what touches: modes above 2 / step.
+void scale_bodies(const std::vector<ContactKind>& contact, BuiltScene& built) {
+  const double clip = built.simulation.plan.clip;
+  for (std::size_t b = 0; clip > 0 && b < contact.size(); ++b) {
+    Body& body = *built.simulation.bodies[b];
+    if (contact[b] != ContactKind::none && body.can_scale()) body.scale(clip);
+  }
+}
+
 // The shortest time in which a history leaves a value and turns back.
 double shortest_pulse(const History& history) {
   double shortest = std::numeric_limits<double>::infinity(), start = 0;
@@ -202,6 +211,7 @@ BuiltScene build(const Scene& scene, Report& report, const BuildOptions& options
   add_loads(scene, built);
   add_monitors(scene, built);
   built.simulation.plan = plan_time(*scene.time, scene.output.every, built.simulation.bodies, in_contact);
+  scale_bodies(in_contact, built);
   warn_of_missed_loads(scene, built, report);
   return built;
 }

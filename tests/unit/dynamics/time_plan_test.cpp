@@ -42,6 +42,68 @@ TEST(TimePlan, StepsFitOutputsAndTheEnd) {
   expect_consistent(fit_steps(0.3, 0, 1), 0.3, 0, 1);
 }
 
+// A body that can be scaled, and says so; everything else is as of the body within.
+class Scalable final : public Body {
+ public:
+  explicit Scalable(std::unique_ptr<Body> body) : body_(std::move(body)) {}
+  bool can_scale() const override { return true; }
+  const std::string& name() const override { return body_->name(); }
+  Index n_dofs() const override { return body_->n_dofs(); }
+  double largest_frequency() const override { return body_->largest_frequency(); }
+  Scheme scheme() const override { return body_->scheme(); }
+  const Points& reference_positions() const override { return body_->reference_positions(); }
+  Index track(const std::vector<Index>& nodes) override { return body_->track(nodes); }
+  void positions(Index set, Points& x) const override { body_->positions(set, x); }
+  void predicted_positions(Index set, Points& x) const override { body_->predicted_positions(set, x); }
+  MotionBound motion_bound(Index set) const override { return body_->motion_bound(set); }
+  Index track_mean(const std::vector<Index>& nodes) override { return body_->track_mean(nodes); }
+  void mean_motion(Index set, Vector3& x, Vector3& v) const override { body_->mean_motion(set, x, v); }
+  void predict(double t, double h) override { body_->predict(t, h); }
+  void add_impulses(Index set, const Points& p, ImpulseKind kind) override { body_->add_impulses(set, p, kind); }
+  Vector3 add_velocities(Index set, const Points& v, const Vector3& p) override { return body_->add_velocities(set, v, p); }
+  void accept() override { body_->accept(); }
+  NodeResponse response(Index set, double h) const override { return body_->response(set, h); }
+  Points nodal_masses(Index set) const override { return body_->nodal_masses(set); }
+  void add_force(const Points& f, const History& history) override { body_->add_force(f, history); }
+  void add_gravity(const Vector3& a, const History& history) override { body_->add_gravity(a, history); }
+  BodyState state() const override { return body_->state(); }
+  BodyWork work() const override { return body_->work(); }
+  void displacements(Points& u, Points& v) const override { body_->displacements(u, v); }
+  void coordinates(Vector& q, Vector& rates) const override { body_->coordinates(q, rates); }
+
+ private:
+  std::unique_ptr<Body> body_;
+};
+
+TEST(TimePlan, MassScalingTakesLongStepsAndClipsAtTheirs) {
+  Geometry geometry, mesh_geometry;
+  std::vector<std::unique_ptr<Body>> bodies;
+  bodies.push_back(std::make_unique<Scalable>(test::make_body("scaled", test::Part{}, geometry)));
+  const double critical = 2 / bodies[0]->largest_frequency();
+  TimeOptions options;
+  options.end = 600 * critical;
+  options.mass_scaling = true;
+  const std::vector<ContactKind> hard{ContactKind::hard};
+  EXPECT_NEAR(plan_time(options, 0, bodies, hard).h, 2 * critical, 1e-9 * critical);  // auto
+  EXPECT_DOUBLE_EQ(plan_time(options, 0, bodies, {ContactKind::none}).clip, 0);
+  for (const double cfl : {0.5, 1.0, 3.0}) {
+    options.cfl = cfl;
+    const TimePlan plan = plan_time(options, 0, bodies, hard);
+    EXPECT_NEAR(plan.h, cfl * critical, 1e-9 * critical);
+    EXPECT_DOUBLE_EQ(plan.clip, plan.h > critical * (1 + 1e-9) ? 2 / plan.h : 0);
+  }
+  options.cfl.reset();
+  options.step = 5 * critical;
+  EXPECT_NEAR(plan_time(options, 0, bodies, hard).clip, 2 / (5 * critical), 1e-9 / critical);
+  // A mesh beside it keeps its own limit
+  test::Part mesh;
+  mesh.mesh = true;
+  bodies.push_back(test::make_body("mesh", mesh, mesh_geometry));
+  EXPECT_THROW(plan_time(options, 0, bodies, {ContactKind::hard, ContactKind::hard}), InputError);
+  options.step.reset();
+  EXPECT_LE(plan_time(options, 0, bodies, {ContactKind::hard, ContactKind::hard}).h, 1.8 / bodies[1]->largest_frequency());
+}
+
 TEST(TimePlan, AutomaticStepsAndTheCriticalOne) {
   test::Part part;
   for (const bool mesh : {false, true}) {

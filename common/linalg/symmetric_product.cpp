@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "common/linalg/symmetric_product.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cstring>
+
+#include "common/parallel.hpp"
+
+// The kernels are made for several instruction sets, of which the running machine's is taken.
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__)
+#define CBR_CLONES __attribute__((target_clones("avx512f", "arch=haswell", "default")))
+#else
+#define CBR_CLONES
+#endif
+
+namespace cbr {
+namespace {
+
+// Rows of a block: of four columns of X and of Y they fit the second cache (256 kB) beside what streams through; longer pieces of a
+// column mean fewer pages.
+constexpr Index block_rows = 4096;
+// Blocks are dealt to this many partial sums, whatever the number of threads.
+constexpr int n_parts = 4;
+// Below this many entries a thread costs more than it gains.
+constexpr Index worth_a_thread = 1000000;
+
+constexpr int lanes = 8, strip = 4;
+typedef double Lanes __attribute__((vector_size(lanes * sizeof(double))));
+
+struct Strip {
+  std::array<const double*, strip> s;  // columns of S
+  const double* x;                     // rows of X; its columns are `stride` apart, as those of y
+  double* y;
+  Index stride, rows;
+};
+
+inline double sum(const Lanes& a) { return ((a[0] + a[4]) + (a[2] + a[6])) + ((a[1] + a[5]) + (a[3] + a[7])); }
+
+// y += S x_J and dot += S^T x over the strip's four columns J, for m right-hand sides in one pass over S.
+template <int m>
+__attribute__((always_inline)) inline void strip_product(const Strip& a, const double (&x_J)[strip][m], double (&dot)[strip][m]) {
+  Lanes sums[strip][m] = {};
+  Index i = 0;
+  for (; i + lanes <= a.rows; i += lanes) {
+    Lanes s[strip];
+    for (int j = 0; j < strip; ++j) std::memcpy(&s[j], a.s[j] + i, sizeof(Lanes));
+    for (int k = 0; k < m; ++k) {
+      Lanes x, y;
+      std::memcpy(&x, a.x + k * a.stride + i, sizeof(Lanes));
+      std::memcpy(&y, a.y + k * a.stride + i, sizeof(Lanes));
+      for (int j = 0; j < strip; ++j) {
+        y += s[j] * x_J[j][k];
+        sums[j][k] += s[j] * x;
+      }
+      std::memcpy(a.y + k * a.stride + i, &y, sizeof(Lanes));
+    }
+  }
+  for (int j = 0; j < strip; ++j)
+    for (int k = 0; k < m; ++k) dot[j][k] = sum(sums[j][k]);
+  for (; i < a.rows; ++i) {
+    for (int k = 0; k < m; ++k) {
+      for (int j = 0; j < strip; ++j) {
+        a.y[k * a.stride + i] += a.s[j][i] * x_J[j][k];
+        dot[j][k] += a.s[j][i] * a.x[k * a.stride + i];
+      }
+    }
+  }
+}
+
+CBR_CLONES void product_1(const Strip& a, const double (&x)[strip][1], double (&dot)[strip][1]) { strip_product<1>(a, x, dot); }
+CBR_CLONES void product_2(const Strip& a, const double (&x)[strip][2], double (&dot)[strip][2]) { strip_product<2>(a, x, dot); }
+CBR_CLONES void product_3(const Strip& a, const double (&x)[strip][3], double (&dot)[strip][3]) { strip_product<3>(a, x, dot); }
+CBR_CLONES void product_4(const Strip& a, const double (&x)[strip][4], double (&dot)[strip][4]) { strip_product<4>(a, x, dot); }
+
+inline void product(const Strip& a, const double (&x)[strip][1], double (&dot)[strip][1]) { product_1(a, x, dot); }
+inline void product(const Strip& a, const double (&x)[strip][2], double (&dot)[strip][2]) { product_2(a, x, dot); }
+inline void product(const Strip& a, const double (&x)[strip][3], double (&dot)[strip][3]) { product_3(a, x, dot); }
+inline void product(const Strip& a, const double (&x)[strip][4], double (&dot)[strip][4]) { product_4(a, x, dot); }
+
+// The rows [first, last) of the lower triangle, and what they stand for above it.
+template <int m>
+void add_block(const Matrix& S, const double* X, Index first, Index last, double* Y) {
+  const Index n = S.rows();
+  for (Index j = 0; j < last; j += strip) {
+    const Index columns = std::min<Index>(strip, last - j), below = std::max(first, std::min(j + strip, last));
+    // The triangle on the diagonal
+    for (Index c = j; c < j + columns; ++c) {
+      for (Index i = std::max(first, c); i < below; ++i) {
+        for (int k = 0; k < m; ++k) {
+          Y[k * n + i] += S(i, c) * X[k * n + c];
+          if (i != c) Y[k * n + c] += S(i, c) * X[k * n + i];
+        }
+      }
+    }
+    if (below >= last) continue;
+    double x[strip][m] = {}, dot[strip][m] = {};
+    Strip a{{}, X + below, Y + below, n, last - below};
+    for (int c = 0; c < strip; ++c) {
+      const Index column = std::min(j + c, j + columns - 1);
+      a.s[c] = S.col(column).data() + below;
+      for (int k = 0; k < m && c < columns; ++k) x[c][k] = X[k * n + column];
+    }
+    product(a, x, dot);
+    for (Index c = 0; c < columns; ++c)
+      for (int k = 0; k < m; ++k) Y[k * n + j + c] += dot[c][k];
+  }
+}
+
+template <int m>
+void add_product(const Matrix& S, const double* X, double* Y, int threads) {
+  const Index n = S.rows(), n_blocks = (n + block_rows - 1) / block_rows;
+  Matrix parts = Matrix::Zero(n * m, n_parts);
+  const int used = n * n < worth_a_thread ? 1 : std::clamp(threads, 1, n_parts);
+  run_threads(used, [&](int t) {
+    for (int part = t; part < n_parts; part += used) {
+      for (Index b = 0; b < n_blocks; ++b) {
+        // Rows further down are longer: dealt out there and back
+        const Index turn = b % (2 * n_parts), owner = turn < n_parts ? turn : 2 * n_parts - 1 - turn;
+        if (owner == part) add_block<m>(S, X, b * block_rows, std::min(n, (b + 1) * block_rows), parts.col(part).data());
+      }
+    }
+  });
+  Eigen::Map<Vector>(Y, n * m) += parts.rowwise().sum();
+}
+
+}  // namespace
+
+void add_symmetric_product(const Matrix& S, const Matrix& X, Matrix& Y, int threads) {
+  assert(S.rows() == S.cols() && X.rows() == S.rows() && Y.rows() == X.rows() && Y.cols() == X.cols());
+  for (Index first = 0; first < X.cols(); first += 4) {
+    const double* x = X.col(first).data();
+    double* y = Y.col(first).data();
+    switch (std::min<Index>(4, X.cols() - first)) {
+      case 1:
+        add_product<1>(S, x, y, threads);
+        break;
+      case 2:
+        add_product<2>(S, x, y, threads);
+        break;
+      case 3:
+        add_product<3>(S, x, y, threads);
+        break;
+      default:
+        add_product<4>(S, x, y, threads);
+    }
+  }
+}
+
+}  // namespace cbr
