@@ -45,8 +45,8 @@ class Body {
   virtual double largest_frequency() const = 0;  // rad/s, of the body alone; sets the step
   virtual Scheme scheme() const = 0;
   bool is_exact() const { return scheme() == Scheme::exact; }  // any step is allowed when no contact is near
-  // Whether scale() may be called: once, after all track() and add_...() calls and before the first predict(). It gives every mode
-  // above `clip` (rad/s) that frequency by scaling its modal mass; statics, rigid motion and all other modes stay as they are.
+  // Whether scale() has to be called: once, after all track() and add_...() calls and before the first predict(). It gives every
+  // mode above `clip` (rad/s) that frequency by scaling its modal mass; statics, rigid motion and all other modes stay as they are.
   virtual bool can_scale() const { return false; }
   virtual void scale(double clip);
 

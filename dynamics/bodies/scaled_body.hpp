@@ -22,7 +22,8 @@ class ScaledBody final : public Body {
 
   // Once, after all track(), track_mean(), add_force() and add_gravity(), before the first predict(), state(), ... Nothing is
   // scaled when `clip` is not below the highest frequency or no node is tracked. RunError: ScaledModel::clipped().
-  void scale(double clip);
+  bool can_scale() const override { return true; }
+  void scale(double clip) override;
   bool is_scaled() const { return modes_ && modes_->part; }
   Index n_kept() const { return modes_ ? modes_->n_kept() : 0; }
   Index n_scaled() const { return modes_ ? modes_->n_scaled : 0; }

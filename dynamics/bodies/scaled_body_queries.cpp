@@ -48,6 +48,7 @@ BodyState ScaledBody::state() const {
     state.kinetic_energy += scaled_kinetic_energy(now_);
     state.strain_energy += scaled_strain_energy(now_, modes_->clip);
   }
+  state.scaled_energy = scaled_energy();
   return state;
 }
 

@@ -2,6 +2,7 @@
 #include "dynamics/setup/build.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <map>
 #include <set>
@@ -72,12 +73,12 @@ void refuse_what_cannot_be(const Scene& scene) {
   }
 }
 
-// Modal mass scaling of what touches: modes above 2 / step.
+// Modal mass scaling of what touches: modes above 2 / step. What does not is as it was.
 void scale_bodies(const std::vector<ContactKind>& contact, BuiltScene& built) {
   const double clip = built.simulation.plan.clip;
-  for (std::size_t b = 0; clip > 0 && b < contact.size(); ++b) {
+  for (std::size_t b = 0; b < contact.size(); ++b) {
     Body& body = *built.simulation.bodies[b];
-    if (contact[b] != ContactKind::none && body.can_scale()) body.scale(clip);
+    if (body.can_scale()) body.scale(clip > 0 && contact[b] != ContactKind::none ? clip : HUGE_VAL);
   }
 }
 

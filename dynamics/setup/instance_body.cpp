@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/setup/instance_body.hpp"
 
+#include <algorithm>
 #include <map>
 #include <utility>
 
 #include "dynamics/bodies/coupled_body.hpp"
+#include "dynamics/bodies/scaled_body.hpp"
 #include "dynamics/bodies/superelement_body.hpp"
 #include "dynamics/setup/skin_shells.hpp"
 
@@ -35,6 +37,13 @@ std::vector<HeldDirection> held_directions(const Scene& scene, const Instance& i
 }
 
 std::string where(const Instance& instance) { return "instance '" + instance.name + "'"; }
+
+// Whether the scene names the instance in a contact.
+bool may_touch(const Scene& scene, const Instance& instance) {
+  return std::any_of(scene.contact.begin(), scene.contact.end(), [&](const ContactOptions& contact) {
+    return contact.all || contact.first.instance == instance.name || contact.second.instance == instance.name;
+  });
+}
 
 CoupledModel model_of(const MeshedComponent& component) { return coupled_model(*component.fe, component.geometry->coordinates); }
 
@@ -84,6 +93,11 @@ InstanceBody BodyMaker::make_modal(const Instance& instance, const ReducedCompon
   if (is_held(scene_, instance)) {
     const auto held = held_directions(scene_, instance, *component.geometry);
     form = std::make_shared<DiagonalForm>(held_diagonal_form(*component.superelement, held, where(instance)));
+  }
+  if (scene_.time->mass_scaling && may_touch(scene_, instance)) {
+    std::shared_ptr<ScaledModel>& model = scaled_[form.get()];
+    if (!model) model = scaled_model(component.superelement, form);
+    return {std::make_unique<ScaledBody>(instance.name, model, placement_of(instance)), component.rigid_body.mass};
   }
   return {std::make_unique<SuperelementBody>(instance.name, component.superelement, form, placement_of(instance),
                                              scheme_of(*scene_.time), NewmarkOptions{scene_.time->alpha}),

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "dynamics/bodies/coupled_system.hpp"
+#include "dynamics/bodies/scaled_model.hpp"
 #include "dynamics/setup/component_model.hpp"
 
 namespace cbr {
@@ -40,6 +41,7 @@ class BodyMaker {
 
   const Scene& scene_;
   std::shared_ptr<RowThreads> threads_;
+  std::map<const DiagonalForm*, std::shared_ptr<ScaledModel>> scaled_;
   std::map<std::string, Shelled> shelled_;  // by component, kind and skinned surfaces
 };
 
