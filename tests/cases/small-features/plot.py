@@ -1,0 +1,80 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""plot.py FOLDER: small-features.png (pad's position, wall's force, over time; superelements on the full mesh) and table.txt."""
+import pathlib
+import sys
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+
+from runs import SPEED, TOUCH, Runs, row
+
+COLOURS = ["#e07b00", "#2a9d4a", "#b3202c", "#5b7fc7"]
+SHOWN = ("k20", "k80", "k80-s2", "k80-s4")
+
+
+def draw(runs, folder):
+    meshes = runs.meshes()
+    fig, axes = plt.subplots(2, len(meshes), figsize=(6.5 * len(meshes), 6.5), layout="constrained", squeeze=False, sharex=True)
+    for column, mesh in enumerate(meshes):
+        top, bottom = axes[:, column]
+        full = runs[f"{mesh}-full"]
+        wide = dict(color="#1f3b73", linewidth=3.4, alpha=0.45, label=f"full mesh, {full.dofs} dofs, {full.steps} steps")
+        top.plot(1e6 * full.t, 1e6 * (full.x - full.x[0] - SPEED * TOUCH), **wide)
+        middle = (full.t[1:] + full.t[:-1]) / 2
+        bottom.plot(1e6 * middle, -1e-3 * full.force[1:], **wide)
+        for name, colour in zip((f"{mesh}-{s}" for s in SHOWN), COLOURS):
+            if name in runs:
+                run = runs[name]
+                what = f"{run.modes} modes" + (f", mass scaling, {run.scaling:g} critical steps" if run.scaling else "")
+                thin = dict(color=colour, linewidth=1.2, label=f"{what}: {run.dofs} dofs, {run.steps} steps")
+                top.plot(1e6 * run.t, 1e6 * (run.x - run.x[0] - SPEED * TOUCH), **thin)
+                bottom.plot(1e6 * middle, -1e-3 * run.force[1:], **thin)
+        top.set_title(f"bracket, {mesh}", fontsize=10, loc="left")
+        top.set_ylabel("pad past the wall [um]")
+        bottom.set_ylabel("wall's force, mean of 1 us [kN]")
+        bottom.set_xlabel("time [us]")
+        top.legend(frameon=False, fontsize=8)
+        for axis in (top, bottom):
+            axis.spines[["top", "right"]].set_visible(False)
+            axis.grid(True, color="#e6e6e6", linewidth=0.6)
+    fig.savefig(folder / "small-features.png", dpi=100)
+
+
+HEADINGS = (("run", "run", "{:14s}", 1), ("dofs", "dofs", "{:6d}", 1), ("step, ns", "step_s", "{:8.1f}", 1e9), ("steps", "steps", "{:6d}", 1),
+            ("ms/step", "ms_per_step", "{:8.4f}", 1), ("stepping s", "steps_s", "{:10.4f}", 1), ("ratio", "seconds_ratio", "{:7.1f}", 1),
+            ("steps ratio", "steps_ratio", "{:11.1f}", 1), ("rms %", "rms", "{:6.3f}", 100), ("force %", "rms_force", "{:7.2f}", 100),
+            ("rebound", "rebound", "{:7.4f}", 1), ("off", "rebound_off", "{:+7.4f}", 1), ("push off", "first_push_off", "{:+8.4f}", 1),
+            ("kept", "energy_kept", "{:6.3f}", 1), ("rho_res", "rho_res", "{:7.4f}", 1),
+            ("setup s", "setup_s", "{:7.3f}", 1), ("reduction s", "reduction_s", "{:11.2f}", 1), ("breaks even", "break_even_runs", "{:11.1f}", 1))
+
+
+def table(runs, folder):
+    widths = [len(form.format(0 if "d" in form or "f" in form else "")) for *_, form, _ in HEADINGS]
+    lines = ["  ".join(title.rjust(w) if i else title.ljust(w) for i, ((title, *_), w) in enumerate(zip(HEADINGS, widths)))]
+    for run in runs.all:
+        figures = row(run, runs.full(run))
+        cells = []
+        for (_, key, form, unit), w in zip(HEADINGS, widths):
+            value = figures[key]
+            cells.append(" " * w if value is None else form.format(value if unit == 1 else unit * value))
+        lines.append("  ".join(cells))
+    lines.append("ratio: the full mesh's stepping seconds over ours, same mesh; rms: pad's position after the first touch, of 5 m/s x contact time; force: rms in windows of\n"
+                 "5 us, of the largest; rebound: momentum after over before; push off: momentum given in the first of two blows, of that brought; breaks even: runs after which\n"
+                 "the reduction is paid for")
+    text = "\n".join(lines) + "\n"
+    (folder / "table.txt").write_text(text)
+    print(text, end="")
+
+
+def main():
+    folder = pathlib.Path(sys.argv[1])
+    runs = Runs(folder)
+    draw(runs, folder)
+    table(runs, folder)
+
+
+if __name__ == "__main__":
+    main()
