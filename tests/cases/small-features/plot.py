@@ -34,7 +34,7 @@ def draw(runs, folder):
                 bottom.plot(1e6 * middle, -1e-3 * run.force[1:], **thin)
         top.set_title(f"bracket, {mesh}", fontsize=10, loc="left")
         top.set_ylabel("pad past the wall [um]")
-        bottom.set_ylabel("wall's force, mean of 1 us [kN]")
+        bottom.set_ylabel("wall's force, mean of 2 us [kN]")
         bottom.set_xlabel("time [us]")
         top.legend(frameon=False, fontsize=8)
         for axis in (top, bottom):
@@ -62,7 +62,7 @@ def table(runs, folder):
             cells.append(" " * w if value is None else form.format(value if unit == 1 else unit * value))
         lines.append("  ".join(cells))
     lines.append("ratio: the full mesh's stepping seconds over ours, same mesh; rms: pad's position after the first touch, of 5 m/s x contact time; force: rms in windows of\n"
-                 "5 us, of the largest; rebound: momentum after over before; push off: momentum given in the first of two blows, of that brought; breaks even: runs after which\n"
+                 "6 us, of the largest; rebound: momentum after over before; push off: momentum given in the first of two blows, of that brought; breaks even: runs after which\n"
                  "the reduction is paid for")
     text = "\n".join(lines) + "\n"
     (folder / "table.txt").write_text(text)

@@ -64,7 +64,7 @@ def rms(run, reference):
     return np.sqrt(np.mean((run.x - reference.x)[after] ** 2)) / (SPEED * reference.contact_time())
 
 
-def rms_force(run, reference, window=5e-6):
+def rms_force(run, reference, window=6e-6):
     """Of the momentum that the wall gives within `window`, over the largest of it. A single output's force is ringing of the pad's own
     mesh: the window is a twentieth of the run, and shorter than any mode that moves the body."""
     n = max(1, int(round(window / (run.t[1] - run.t[0]))))
