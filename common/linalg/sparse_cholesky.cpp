@@ -10,24 +10,20 @@
 #include <cstdio>
 #include <limits>
 #include <mutex>
+#include <new>
 #include <vector>
 
 #include "common/error.hpp"
+#include "common/linalg/blas_threads.hpp"
 #include "common/parallel.hpp"
 #include "common/program.hpp"
-
-// Of OpenBLAS; not in cblas.h of every version.
-extern "C" {
-void openblas_set_num_threads(int n);
-int openblas_get_num_threads(void);
-}
 
 namespace cbr {
 namespace {
 
 static_assert(sizeof(SuiteSparse_long) == sizeof(Index));
 
-// Enough columns for BLAS to run at its own speed, few enough that the two workspaces (n x block) stay small beside the factor.
+// Enough columns for BLAS to run near its own speed, few enough that a panel (block x n) stays small beside the factor.
 constexpr Index solve_block = 128;
 // Fewer columns than this are not worth a thread.
 constexpr Index least_block = 8;
@@ -70,19 +66,7 @@ cholmod_dense dense_view(double* x, Index rows, Index columns, Index stride) {
   return view;
 }
 
-// BLAS with one thread while several of ours call it.
-class SingleThreadedBlas {
- public:
-  SingleThreadedBlas() : before_(openblas_get_num_threads()) { openblas_set_num_threads(1); }
-  ~SingleThreadedBlas() { openblas_set_num_threads(before_); }
-  SingleThreadedBlas(const SingleThreadedBlas&) = delete;
-  SingleThreadedBlas& operator=(const SingleThreadedBlas&) = delete;
-
- private:
-  int before_;
-};
-
-// A common block and workspaces of its own, so that threads can solve with one factor, which solving does not change.
+// For single right-hand sides: a common block and workspaces that are kept.
 struct Solver {
   cholmod_common common{};
   cholmod_dense *Y = nullptr, *E = nullptr;
@@ -167,6 +151,19 @@ struct Cholmod {
                    ")");
   }
 
+  SupernodalFactor view() const {
+    SupernodalFactor f;
+    f.n = static_cast<Index>(L->n);
+    f.n_super = static_cast<Index>(L->nsuper);
+    f.super = static_cast<const Index*>(L->super);
+    f.pi = static_cast<const Index*>(L->pi);
+    f.px = static_cast<const Index*>(L->px);
+    f.rows = static_cast<const Index*>(L->s);
+    f.order = permutation();
+    f.x = static_cast<const double*>(L->x);
+    return f;
+  }
+
   const Index* permutation() const { return static_cast<const Index*>(L->Perm); }
 };
 
@@ -175,6 +172,7 @@ struct Cholmod {
 struct SparseCholesky::Impl {
   Cholmod cholmod{CHOLMOD_SUPERNODAL};
   Solver single;  // for one right-hand side after another
+  SupernodeTree tree;
   Index n = 0, failed = -1, weakest = -1;
   double smallest_pivot = 1;
 
@@ -215,6 +213,7 @@ SparseCholesky::SparseCholesky(const SparseMatrix& A) : impl_(std::make_unique<I
     impl_->weakest = impl_->failed;
   } else {
     impl_->examine_pivots(A.diagonal());
+    impl_->tree = SupernodeTree(impl_->cholmod.view());
   }
 }
 SparseCholesky::~SparseCholesky() = default;
@@ -237,35 +236,34 @@ double SparseCholesky::reciprocal_condition() const {
 void SparseCholesky::solve_in_place(Eigen::Ref<Matrix> B) const {
   assert(ok() && B.rows() == n_rows());
   if (n_rows() == 0 || B.cols() == 0) return;
-  // The supernodes are too small for BLAS's own threads: each of ours takes blocks of right-hand sides instead.
+  if (B.cols() == 1) return solve(B.data(), B.data());
+  // The supernodes are too small for BLAS's own threads: each of ours takes panels of right-hand sides instead.
   const Index wanted = std::max<Index>(1, std::min<Index>(n_threads(), B.cols() / least_block));
-  const Index block = std::clamp((B.cols() + wanted - 1) / wanted, Index{1}, solve_block);
+  const Index rounds = (B.cols() + wanted * solve_block - 1) / (wanted * solve_block);
+  const Index block = (B.cols() + rounds * wanted - 1) / (rounds * wanted);
   const Index n_blocks = (B.cols() + block - 1) / block;
   std::atomic<Index> next{0};
-  std::atomic<bool> failed{false};
   const auto work = [&](int) {
-    Solver solver;
-    Matrix X;
-    for (Index i = next++; i < n_blocks && !failed; i = next++) {
+    PanelSolver solver(tree(), block);
+    Matrix X_t;
+    for (Index i = next++; i < n_blocks; i = next++) {
       const Index first = i * block, columns = std::min(block, B.cols() - first);
-      double* b = B.col(first).data();
-      if (B.outerStride() == n_rows()) {
-        failed = failed || !solver.solve(impl_->cholmod.L, b, B.outerStride(), b, n_rows(), columns);
-      } else {  // the solution is written without gaps between its columns
-        X.resize(n_rows(), columns);
-        failed = failed || !solver.solve(impl_->cholmod.L, b, B.outerStride(), X.data(), n_rows(), columns);
-        B.middleCols(first, columns) = X;
-      }
+      X_t.resize(columns, n_rows());
+      load_panel(tree().factor(), B.middleCols(first, columns), X_t);
+      solver.forward(X_t, tree().all());
+      solver.backward(X_t, tree().all());
+      store_panel(tree().factor(), X_t, B.middleCols(first, columns));
     }
   };
-  if (wanted == 1) {
-    work(0);
-  } else {
+  try {
     const SingleThreadedBlas blas;
     run_threads(static_cast<int>(wanted), work);
+  } catch (const std::bad_alloc&) {
+    fail_to_solve(n_rows(), block);
   }
-  if (failed) fail_to_solve(n_rows(), block);
 }
+
+const SupernodeTree& SparseCholesky::tree() const { return impl_->tree; }
 
 Matrix SparseCholesky::solve(const Matrix& B) const {
   Matrix X = B;

@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "common/linalg/supernodal.hpp"
 #include "common/types.hpp"
 
 namespace cbr {
@@ -37,6 +38,9 @@ class SparseCholesky {
   void solve_in_place(Eigen::Ref<Matrix> B) const;  // in blocks of right-hand sides
   // Workspace kept between calls: for ARPACK's many single right-hand sides. b and x may be the same.
   void solve(const double* b, double* x) const;
+
+  // For those who keep their right-hand sides as panels of the factor's order: constraint modes.
+  const SupernodeTree& tree() const;
 
  private:
   struct Impl;
