@@ -2,175 +2,257 @@
 #include "reducer/condensation.hpp"
 
 #include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <mutex>
 
 #include "common/error.hpp"
+#include "common/linalg/blas_threads.hpp"
+#include "common/parallel.hpp"
+#include "common/program.hpp"
+#include "reducer/panel_product.hpp"
 
 namespace cbr {
 namespace {
 
-// Panels of this many columns run at BLAS's own speed.
-constexpr Index good_panel = 512;
-// A solve with the sparse factor runs at about a fifth of dgemm's rate (docs/decisions/reduction.md).
-constexpr double solve_penalty = 5;
-
-// A sparse matrix with more than this share of non-zeros is faster as a dense one: joined domains, sums of dense blocks.
-constexpr double dense_share = 0.03;
-
-Matrix product(const SparseMatrix& A, const Eigen::Ref<const Matrix>& X) {
-  const double share =
-      static_cast<double>(A.nonZeros()) / std::max(1.0, static_cast<double>(A.rows()) * static_cast<double>(A.cols()));
-  if (share > dense_share && X.cols() > 1) return Matrix(A) * X;
-  return A * X;
-}
-
-void symmetrise(Matrix& A) {
-  constexpr Index tile = 64;
-  for (Index j = 0; j < A.cols(); j += tile) {
-    const Index columns = std::min(tile, A.cols() - j);
-    for (Index i = j; i < A.rows(); i += tile) {
-      const Index rows = std::min(tile, A.rows() - i);
-      const Matrix mean = 0.5 * (A.block(i, j, rows, columns) + A.block(j, i, columns, rows).transpose());
-      A.block(i, j, rows, columns) = mean;
-      A.block(j, i, columns, rows) = mean.transpose();
-      if (i == j) A.block(i, j, rows, columns) = 0.5 * (mean + mean.transpose());
-    }
-  }
-}
+// Right-hand sides of one panel: enough for BLAS, few enough that what a supernode touches of a panel stays in the cache.
+constexpr Index good_panel = 128;
+// Flops of a solve cost as much as this many of dsyrk (docs/decisions/reduction.md).
+constexpr double solve_penalty = 1.5;
 
 class Condenser {
  public:
   Condenser(const Partition& p, const SparseCholesky& factor, const Matrix& Phi, const CondensationOptions& options, Report& report)
       : p_(p),
         factor_(factor),
+        tree_(factor.tree()),
         options_(options),
         report_(report),
-        K_CI_(p.K_IC.transpose()),
-        M_CI_(p.M_IC.transpose()),
-        M_Phi_(product(p.M_II, Phi)) {
+        place_(inverse(order())),
+        columns_(by_first_row(p.K_IC, place_)),
+        K_IC_(reordered(p.K_IC, place_, columns_)),
+        M_IC_(reordered(p.M_IC, place_, columns_)),
+        M_II_(reordered(p.M_II, place_, order())),
+        wanted_(tree_.reach(rows_of(K_IC_.sparse(), 0, p.n_interface()))) {
+    if (p.lumped) mass_ = M_II_.sparse().diagonal();
     choose();
-    result_.K_cc = Matrix(p.K_CC);
-    result_.M_cc = Matrix(p.M_CC);
-    // Phi^T M_IC   (k x c); the rest is added panel by panel
-    result_.M_kc = product(M_CI_, Phi).transpose();
+    couple(Phi);
   }
 
   Condensation run() {
-    if (p_.n_interior() == 0) {
-      result_.M_kc.resize(0, p_.n_interface());
-    } else if (result_.way == CondensationWay::product) {
-      whole();
-    } else {
+    if (p_.n_interior() > 0 && p_.n_interface() > 0) {
       panels();
+    } else {
+      result_.K_cc = Matrix(p_.K_CC);
+      result_.M_cc = Matrix(p_.M_CC);
     }
-    symmetrise(result_.K_cc);
-    symmetrise(result_.M_cc);
     return std::move(result_);
   }
 
  private:
+  // What one thread works with.
+  struct Workspace {
+    PanelSolver solver;
+    Matrix X, Y, out;  // transposed panels, w x n_I and w x c
+    Workspace(const SupernodeTree& tree, Index width) : solver(tree, width) {}
+  };
+
+  std::vector<Index> order() const { return {tree_.factor().order, tree_.factor().order + p_.n_interior()}; }
+
+  static std::vector<Index> rows_of(const SparseMatrix& A, Index first, Index count) {
+    const Index *begin = A.innerIndexPtr() + A.outerIndexPtr()[first], *end = A.innerIndexPtr() + A.outerIndexPtr()[first + count];
+    std::vector<Index> rows(begin, end);
+    std::sort(rows.begin(), rows.end());
+    rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
+    return rows;
+  }
+
   void choose() {
     const auto n_I = static_cast<double>(p_.n_interior()), c = static_cast<double>(p_.n_interface());
     const double whole_bytes = 8 * n_I * c * (p_.lumped && !options_.keep_Psi ? 1 : 2);
     result_.way = options_.way;
     if (result_.way == CondensationWay::automatic) {
-      const bool solve_is_cheaper = solve_penalty * 4 * factor_.n_nonzeros() < n_I * c;
+      const double second_flops = tree_.all().flops_per_column + wanted_.flops_per_column;
+      const bool solve_is_cheaper = solve_penalty * second_flops < n_I * c;
       const bool fits = whole_bytes <= options_.memory;
       result_.way = fits && !solve_is_cheaper ? CondensationWay::product : CondensationWay::second_solve;
     }
-    const auto fitting = static_cast<Index>(std::min(options_.memory / (32 * std::max(n_I, 1.0)), 1e9));
+    const double column_bytes = 8 * n_I * (p_.lumped ? 1 : 2) * n_threads();
+    const auto fitting = static_cast<Index>(std::min(options_.memory / std::max(column_bytes, 1.0), 1e9));
     result_.panel = std::clamp(options_.panel > 0 ? options_.panel : std::min(good_panel, fitting), Index{1},
                                std::max<Index>(p_.n_interface(), 1));
-    if (options_.keep_Psi || result_.way == CondensationWay::product) result_.Psi.resize(p_.n_interior(), p_.n_interface());
   }
 
-  // Columns [first, first + P.cols()) of Psi = -K_II^-1 K_IC   (n_I x panel)
-  void constraint_modes(Index first, Eigen::Ref<Matrix> P) {
-    P.setZero();
-    for (Index j = 0; j < P.cols(); ++j) {
-      for (SparseMatrix::InnerIterator it(p_.K_IC, first + j); it; ++it) P(it.row(), j) = -it.value();
-    }
-    factor_.solve_in_place(P);
-    result_.solve_flops += 4 * factor_.n_nonzeros() * static_cast<double>(P.cols());
-    report_.progress("constraint modes", static_cast<double>(first + P.cols()) / static_cast<double>(p_.n_interface()));
-  }
-
-  // What a panel of Psi adds to K_cc and M_kc.
-  void add_linear_terms(Index first, const Eigen::Ref<const Matrix>& P) {
-    // K_cc += K_CI Psi   (c x panel)
-    result_.K_cc.middleCols(first, P.cols()) += product(K_CI_, P);
-    // M_kc += (M_II Phi)^T Psi   (k x panel)
-    if (M_Phi_.cols() > 0) result_.M_kc.middleCols(first, P.cols()).noalias() += M_Phi_.transpose() * P;
-    result_.product_flops += 2.0 * static_cast<double>(p_.n_interior()) * static_cast<double>(M_Phi_.cols() * P.cols());
-  }
-
-  void whole() {
-    const Index c = p_.n_interface();
-    for (Index j = 0; j < c; j += good_panel) constraint_modes(j, result_.Psi.middleCols(j, std::min(good_panel, c - j)));
-    report_.end_progress();
-    add_linear_terms(0, result_.Psi);
-    if (p_.lumped) {
-      lumped_product();
+  // M_kc = Phi^T M_IC + (M_II Phi)^T Psi   (k x c). The second term is -W^T K_IC, W = K_II^-1 M_II Phi: k right-hand sides more in
+  // the place of a product with all of Psi, where that is cheaper.
+  void couple(const Matrix& Phi) {
+    const Index k = Phi.cols(), n_I = p_.n_interior(), c = p_.n_interface();
+    result_.M_kc = Matrix::Zero(k, c);
+    if (k == 0 || c == 0 || n_I == 0) return;
+    result_.M_kc = product(SparseMatrix(p_.M_IC.transpose()), Phi).transpose();
+    Matrix W = product(p_.M_II, Phi);
+    const double solve_flops = 2 * tree_.all().flops_per_column * static_cast<double>(k);
+    const double product_flops = 2.0 * static_cast<double>(n_I) * static_cast<double>(k * c);
+    if (solve_penalty * solve_flops < product_flops) {
+      factor_.solve_in_place(W);
+      result_.M_kc -= product(SparseMatrix(p_.K_IC.transpose()), W).transpose();
+      result_.solve_flops += solve_flops;
     } else {
-      consistent_product();
+      M_Phi_ = W(order(), Eigen::all);
+      result_.product_flops += product_flops;
+    }
+  }
+
+  void panels() {
+    const Index c = p_.n_interface(), n_I = p_.n_interior(), n_panels = (c + result_.panel - 1) / result_.panel;
+    const bool whole = result_.way == CondensationWay::product;
+    if (options_.keep_Psi) result_.Psi.resize(n_I, c);
+    if (whole) S_.resize(c, n_I);
+    if (whole && !p_.lumped) Y_.resize(c, n_I);
+    result_.K_cc.setZero(c, c);
+    result_.M_cc.setZero(c, c);
+    std::atomic<Index> next{0};
+    {
+      const SingleThreadedBlas blas;
+      run_threads(static_cast<int>(std::min<Index>(n_threads(), n_panels)), [&](int) {
+        Workspace work(tree_, result_.panel);
+        for (Index i = next++; i < n_panels; i = next++)
+          do_panel(i * result_.panel, std::min(result_.panel, c - i * result_.panel), work);
+      });
+    }
+    report_.end_progress();
+    if (whole) multiply();
+    add_upper(p_.K_CC, result_.K_cc);
+    add_upper(p_.M_CC, result_.M_cc);
+    restore_order(columns_, result_.K_cc);
+    restore_order(columns_, result_.M_cc);
+  }
+
+  // A_CC, in the order of the panels' columns, into the upper triangle.
+  void add_upper(const SparseMatrix& A, Matrix& upper) const {
+    const std::vector<Index> rank = inverse(columns_);
+    for (Index q = 0; q < A.cols(); ++q) {
+      for (SparseMatrix::InnerIterator it(A, q); it; ++it) {
+        const Index i = rank[static_cast<std::size_t>(it.row())], j = rank[static_cast<std::size_t>(q)];
+        if (i <= j) upper(i, j) += it.value();
+      }
+    }
+  }
+
+  void do_panel(Index first, Index width, Workspace& work) {
+    constraint_modes(first, width, work);
+    const Index left = p_.n_interface() - first;
+    // K_cc = K_CC + K_CI Psi: the columns from the panel's own on, as the rest is the other triangle
+    work.out.setZero(width, left);
+    K_IC_.add(work.X, 1, work.out);
+    result_.K_cc.block(first, first, width, left) = work.out;
+    if (options_.keep_Psi) keep(first, work.X);
+    if (M_Phi_.cols() > 0) couple_panel(first, work.X);
+    if (p_.lumped) {
+      lumped_mass(first, left, work);
+    } else {
+      consistent_mass(first, left, work);
+    }
+  }
+
+  // Columns of Psi = -K_II^-1 K_IC
+  void constraint_modes(Index first, Index width, Workspace& work) {
+    work.X.setZero(width, p_.n_interior());
+    const SparseMatrix& K = K_IC_.sparse();
+    for (Index j = 0; j < width; ++j)
+      for (SparseMatrix::InnerIterator it(K, first + j); it; ++it) work.X(j, it.row()) = -it.value();
+    const SupernodeSet reached = tree_.reach(rows_of(K, first, width));
+    work.solver.forward(work.X, reached);
+    work.solver.backward(work.X, tree_.all());
+    const std::scoped_lock lock(lock_);
+    result_.solve_flops += static_cast<double>(width) * (reached.flops_per_column + tree_.all().flops_per_column);
+    done_ += width;
+    report_.progress("constraint modes", static_cast<double>(done_) / static_cast<double>(p_.n_interface()));
+  }
+
+  void couple_panel(Index first, const Matrix& X) {
+    const Matrix part = M_Phi_.transpose() * X.transpose();
+    for (Index j = 0; j < X.rows(); ++j) result_.M_kc.col(columns_[static_cast<std::size_t>(first + j)]) += part.col(j);
+  }
+
+  void keep(Index first, const Matrix& X) {
+    const Index* order = tree_.factor().order;
+    constexpr Index line = 8;
+    for (Index j = 0; j < X.rows(); j += line)
+      for (Index i = 0; i < X.cols(); ++i)
+        for (Index l = j; l < std::min(j + line, X.rows()); ++l)
+          result_.Psi(order[i], columns_[static_cast<std::size_t>(first + l)]) = X(l, i);
+  }
+
+  // M_cc = M_CC + Psi^T M_II Psi: S = M_II^1/2 Psi for the product, or -K_CI K_II^-1 (M_II Psi) at once
+  void lumped_mass(Index first, Index left, Workspace& work) {
+    if (result_.way == CondensationWay::product) {
+      for (Index i = 0; i < work.X.cols(); ++i) work.X.col(i) *= std::sqrt(mass_(i));
+      S_.middleRows(first, work.X.rows()) = work.X;
+      return;
+    }
+    for (Index i = 0; i < work.X.cols(); ++i) work.X.col(i) *= mass_(i);
+    work.out.setZero(work.X.rows(), left);
+    second_solve(first, work.X, work);
+  }
+
+  // M_cc = M_CC + Psi^T M_IC + Y^T Psi, Y = M_IC + M_II Psi
+  void consistent_mass(Index first, Index left, Workspace& work) {
+    work.Y.setZero(work.X.rows(), work.X.cols());
+    M_II_.add(work.X, 1, work.Y);
+    for (Index j = 0; j < work.X.rows(); ++j)
+      for (SparseMatrix::InnerIterator it(M_IC_.sparse(), first + j); it; ++it) work.Y(j, it.row()) += it.value();
+    work.out.setZero(work.X.rows(), left);
+    M_IC_.add(work.X, 1, work.out);
+    if (result_.way == CondensationWay::product) {
+      result_.M_cc.block(first, first, work.X.rows(), left) = work.out;
+      S_.middleRows(first, work.X.rows()) = work.X;
+      Y_.middleRows(first, work.X.rows()) = work.Y;
+      return;
+    }
+    second_solve(first, work.Y, work);
+  }
+
+  // M_cc += out - (K_II^-1 Y)^T K_IC, of which only the rows of the solution are computed that K_IC has
+  void second_solve(Index first, Matrix& Y, Workspace& work) {
+    work.solver.forward(Y, tree_.all());
+    work.solver.backward(Y, wanted_);
+    K_IC_.add(Y, -1, work.out);
+    result_.M_cc.block(first, first, Y.rows(), work.out.cols()) = work.out;
+    const std::scoped_lock lock(lock_);
+    result_.solve_flops += static_cast<double>(Y.rows()) * (tree_.all().flops_per_column + wanted_.flops_per_column);
+  }
+
+  // M_cc += Y^T Psi, or S^T S, on one triangle   (c x c)
+  void multiply() {
+    const Index c = p_.n_interface();
+    if (p_.lumped) {
+      result_.M_cc.selfadjointView<Eigen::Upper>().rankUpdate(S_);
+    } else {
+      constexpr Index block = 512;
+      for (Index j = 0; j < c; j += block) {
+        const Index columns = std::min(block, c - j);
+        result_.M_cc.block(0, j, j + columns, columns).noalias() += Y_.topRows(j + columns) * S_.middleRows(j, columns).transpose();
+      }
     }
     result_.product_flops += static_cast<double>(p_.n_interior()) * static_cast<double>(c) * static_cast<double>(c);
-    if (!options_.keep_Psi) result_.Psi.resize(0, 0);
-  }
-
-  // M_cc = M_CC + S^T S, S = M_II^1/2 Psi   (n_I x c)
-  void lumped_product() {
-    const Vector root = Vector(p_.M_II.diagonal()).cwiseSqrt();
-    Matrix copy;
-    if (options_.keep_Psi) copy = result_.Psi;
-    Matrix& S = options_.keep_Psi ? copy : result_.Psi;
-    S.array().colwise() *= root.array();
-    result_.M_cc.selfadjointView<Eigen::Lower>().rankUpdate(S.transpose());
-    mirror_lower();
-  }
-
-  // M_cc = M_CC + H + H^T + Psi^T (M_II Psi), H = M_CI Psi   (c x c), the product on the lower half only
-  void consistent_product() {
-    const Index c = p_.n_interface();
-    const Matrix H = product(M_CI_, result_.Psi);
-    result_.M_cc += H + H.transpose();
-    const Matrix Y = product(p_.M_II, result_.Psi);
-    for (Index j = 0; j < c; j += good_panel) {
-      const Index columns = std::min(good_panel, c - j);
-      result_.M_cc.block(j, j, c - j, columns).noalias() += result_.Psi.rightCols(c - j).transpose() * Y.middleCols(j, columns);
-    }
-    mirror_lower();
-  }
-
-  void mirror_lower() { result_.M_cc.triangularView<Eigen::StrictlyUpper>() = result_.M_cc.transpose(); }
-
-  // M_cc = M_CC + M_CI Psi + Psi^T Y, Y = M_IC + M_II Psi, and Psi^T Y = -K_CI K_II^-1 Y: no panel meets another one.
-  void panels() {
-    const Index c = p_.n_interface();
-    Matrix P, Y;
-    for (Index j = 0; j < c; j += result_.panel) {
-      const Index columns = std::min(result_.panel, c - j);
-      P.resize(p_.n_interior(), columns);
-      constraint_modes(j, P);
-      if (options_.keep_Psi) result_.Psi.middleCols(j, columns) = P;
-      add_linear_terms(j, P);
-      if (!p_.lumped) result_.M_cc.middleCols(j, columns) += product(M_CI_, P);
-      Y = product(p_.M_II, P);
-      for (Index i = 0; i < columns; ++i) {
-        for (SparseMatrix::InnerIterator it(p_.M_IC, j + i); it; ++it) Y(it.row(), i) += it.value();
-      }
-      factor_.solve_in_place(Y);
-      result_.solve_flops += 4 * factor_.n_nonzeros() * static_cast<double>(columns);
-      result_.M_cc.middleCols(j, columns) -= product(K_CI_, Y);
-    }
-    report_.end_progress();
+    S_.resize(0, 0);
+    Y_.resize(0, 0);
   }
 
   const Partition& p_;
   const SparseCholesky& factor_;
+  const SupernodeTree& tree_;
   const CondensationOptions& options_;
   Report& report_;
-  SparseMatrix K_CI_, M_CI_;  // c x n_I
-  Matrix M_Phi_;              // n_I x k
+  std::vector<Index> place_, columns_;  // of the interior's rows in the order of elimination; the order of the panels' columns
+  PanelProduct K_IC_, M_IC_, M_II_;     // in these orders
+  SupernodeSet wanted_;                 // what K_CI reads of a solution
+  Vector mass_;                         // lumped: the diagonal of M_II
+  Matrix M_Phi_;                        // n_I x k, in the order of elimination; empty when M_kc has been found by a solve
+  Matrix S_, Y_;                        // c x n_I, for the product
+  std::mutex lock_;
+  Index done_ = 0;
   Condensation result_;
 };
 
