@@ -143,6 +143,8 @@ void add_common_options(CLI::App& app, CommonOptions& options) {
             return valid ? std::string() : "'" + text + "' is not a number of threads, give a whole number from 1";
           },
           ""));
+  app.add_option("--timings", options.timings, "Write seconds by phase, and counts of the work, to this file (CSV)")
+      ->type_name("FILE");
   app.parse_complete_callback([&options] { set_threads(options.threads); });
 }
 

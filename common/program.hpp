@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the three programs share on the command line: --help, --version, --quiet, --verbose, --threads, and how they end.
+// What the three programs share on the command line: --help, --version, --quiet, --verbose, --threads, --timings, and how they end.
 #pragma once
 
 #include <functional>
@@ -16,7 +16,8 @@ namespace cbr {
 
 struct CommonOptions {
   bool quiet = false, verbose = false;
-  int threads = 0;  // 0: all processors
+  int threads = 0;      // 0: all processors
+  std::string timings;  // file, or empty: see Report::write_timings
   Verbosity verbosity() const;
 };
 

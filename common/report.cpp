@@ -10,6 +10,10 @@
 #include <fstream>
 #include <sstream>
 
+#include "common/error.hpp"
+#include "common/number_text.hpp"
+#include "common/output_file.hpp"
+
 namespace cbr {
 namespace {
 
@@ -42,10 +46,30 @@ std::string format(const char* pattern, double value) {
   return buffer;
 }
 
+// Names are our own words: no comma, no quote.
+std::string table_row(const std::string& kind, const std::string& name, double value) {
+  return kind + "," + name + "," + number_text(value) + "\n";
+}
+
+void add(std::vector<std::pair<std::string, double>>& sums, const std::string& name, double amount) {
+  for (auto& [known, sum] : sums) {
+    if (known != name) continue;
+    sum += amount;
+    return;
+  }
+  sums.emplace_back(name, amount);
+}
+
 }  // namespace
 
-Report::Report(std::string program, Verbosity verbosity)
-    : program_(std::move(program)), verbosity_(verbosity), start_(Clock::now()), last_progress_() {}
+Report::Report(std::string program, Verbosity verbosity, std::filesystem::path timings_file)
+    : program_(std::move(program)),
+      verbosity_(verbosity),
+      timings_file_(std::move(timings_file)),
+      start_(Clock::now()),
+      last_progress_() {
+  if (!timings_file_.empty()) const TemporaryFile probe(timings_file_);
+}
 
 void Report::line(const std::string& text) {
   if (verbosity_ == Verbosity::quiet) return;
@@ -82,16 +106,9 @@ void Report::end_progress() {
 
 Report::Phase::Phase(Report& report, std::string name) : report_(report), name_(std::move(name)), start_(Clock::now()) {}
 
-Report::Phase::~Phase() {
-  const double elapsed = seconds_since(start_);
-  for (auto& [phase, total] : report_.phases_) {
-    if (phase == name_) {
-      total += elapsed;
-      return;
-    }
-  }
-  report_.phases_.emplace_back(name_, elapsed);
-}
+Report::Phase::~Phase() { add(report_.phases_, name_, seconds_since(start_)); }
+
+void Report::count(const std::string& name, double amount) { add(counts_, name, amount); }
 
 double Report::seconds(const std::string& phase) const {
   for (const auto& [name, total] : phases_) {
@@ -109,6 +126,20 @@ void Report::timings() {
          format("%6.1f %%", all > 0 ? 100 * total / all : 0));
   }
   line("  total" + std::string(width - 5 + 2, ' ') + format("%10.3f s", all) + "  peak memory " + human_bytes(peak_memory_bytes()));
+}
+
+void Report::write_timings() const {
+  if (timings_file_.empty()) return;
+  TemporaryFile file(timings_file_);
+  std::ofstream out(file.path());
+  out << "kind,name,value\n";
+  for (const auto& [name, total] : phases_) out << table_row("phase", name, total);
+  out << table_row("phase", "total", seconds_since(start_));
+  for (const auto& [name, sum] : counts_) out << table_row("count", name, sum);
+  out << table_row("count", "peak_memory_bytes", peak_memory_bytes());
+  out.close();
+  if (!out) throw RunError(timings_file_.string() + ": cannot be written: is the disk full?");
+  file.commit();
 }
 
 void print_error(const std::string& program, const std::string& text) { print(program + ": error: " + printable(text) + "\n"); }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <chrono>
+#include <filesystem>
 #include <functional>
 #include <string>
 #include <utility>
@@ -16,7 +17,8 @@ enum class Verbosity { quiet, normal, verbose };
 
 class Report {
  public:
-  Report(std::string program, Verbosity verbosity);
+  // `timings_file`: what --timings names, empty for none. InputError when no file can be written there: said before the work.
+  Report(std::string program, Verbosity verbosity, std::filesystem::path timings_file = {});
 
   void line(const std::string& text);     // not when quiet
   void detail(const std::string& text);   // --verbose only
@@ -43,15 +45,21 @@ class Report {
   Phase phase(std::string name) { return Phase(*this, std::move(name)); }
   double seconds(const std::string& phase) const;  // 0 when there was none
 
+  // Work that was done, for the file of timings: counted up under this name.
+  void count(const std::string& name, double amount);
+
   // Wall time by phase, total, peak memory.
   void timings();
+  // The same and the counts to the file that --timings names, if any (docs/formats.md). RunError when the disk refuses.
+  void write_timings() const;
 
  private:
   std::string program_;
   Verbosity verbosity_;
   int n_warnings_ = 0;
   bool in_progress_ = false;
-  std::vector<std::pair<std::string, double>> phases_;
+  std::filesystem::path timings_file_;
+  std::vector<std::pair<std::string, double>> phases_, counts_;
   std::chrono::steady_clock::time_point start_, last_progress_;
 };
 

@@ -19,7 +19,8 @@ int main(int argc, char** argv) {
   cbr::add_common_options(app, common);
   return cbr::run_program(app, argc, argv, [&] {
     cbr::set_threads(common.threads);
-    cbr::Report report("cbr-dyn", common.verbosity());
+    cbr::Report report("cbr-dyn", common.verbosity(), common.timings);
     cbr::run_scene(scene, output, report, build);
+    report.write_timings();
   });
 }

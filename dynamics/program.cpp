@@ -29,6 +29,18 @@ void check_target(const Scene& scene, const std::filesystem::path& results) {
   const TemporaryFile probe(results);
 }
 
+void count_work(const Simulation& simulation, const RunResult& result, Report& report) {
+  Index n_dofs = 0;
+  for (const auto& body : simulation.bodies) n_dofs += body->n_dofs();
+  report.count("dofs", static_cast<double>(n_dofs));
+  report.count("steps_planned", static_cast<double>(simulation.plan.n_steps()));
+  report.count("steps", static_cast<double>(result.steps));
+  report.count("jumps", static_cast<double>(result.jumps));
+  report.count("contact_steps", static_cast<double>(result.contact_steps));
+  report.count("contact_rows", result.contact_rows);
+  report.count("outputs", static_cast<double>(result.time.size()));
+}
+
 }  // namespace
 
 void run_scene(const std::string& scene_or_dash, const std::filesystem::path& results, Report& report,
@@ -58,6 +70,7 @@ void run_scene(const std::string& scene_or_dash, const std::filesystem::path& re
     write_results(results, built.simulation, result, report);
     if (fields) fields->commit();
   }
+  count_work(built.simulation, result, report);
   summarise(built, result, report);
   report.line("results: " + results.string() + (fields ? ", fields: " + fields->file().string() : ""));
   report.timings();

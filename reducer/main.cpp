@@ -18,12 +18,13 @@ int main(int argc, char** argv) {
   cbr::add_common_options(app, common);
   cbr::add_reduce_options(app, command);
   return cbr::run_program(app, argc, argv, [&] {
-    cbr::Report report("cbr-reduce", common.verbosity());
+    cbr::Report report("cbr-reduce", common.verbosity(), common.timings);
     cbr::set_threads(common.threads);
     if (command.estimate) {
       cbr::run_estimate(command, cbr::table_output(), report);
-      return;
+    } else {
+      cbr::run_reduce(command, cbr::filter_output(), report);
     }
-    cbr::run_reduce(command, cbr::filter_output(), report);
+    report.write_timings();
   });
 }

@@ -80,9 +80,22 @@ void say_missing_modes(const SuperelementGroup& group, const GroupFigures& figur
   if (!text.empty()) report.line("  note         fewer interior dofs than modes asked for, so all are kept, in domain " + text);
 }
 
+void count_work(const ReductionFigures& figures, Report& report) {
+  report.count("dofs", static_cast<double>(figures.n_dofs));
+  report.count("interior_dofs", static_cast<double>(figures.n_interior));
+  report.count("mode_candidates", static_cast<double>(figures.n_candidates));
+  report.count("factor_nonzeros", figures.factor_nonzeros);
+  report.count("factor_flops", figures.factor_flops);
+  report.count("solve_flops", figures.solve_flops);
+  report.count("product_flops", figures.product_flops);
+}
+
 }  // namespace
 
 void summarise(const Superelement& s, const ReductionFigures& figures, const std::filesystem::path& file, Report& report) {
+  count_work(figures, report);
+  report.count("interface_dofs", static_cast<double>(s.c()));
+  report.count("modes", static_cast<double>(s.k()));
   report.line(format("  dofs         %lld in full, %lld on the interface (%zu nodes), %lld modes, %lld reduced",
                      static_cast<long long>(figures.n_dofs), static_cast<long long>(s.c()), s.node_ids.size(),
                      static_cast<long long>(s.k()), static_cast<long long>(s.n())));

@@ -20,8 +20,9 @@ int main(int argc, char** argv) {
       ->allow_extra_args(false);
   app.add_option("-o,--output", command.output, "the skinned mesh (.msh .exo .e .g); in a scene it stands under skin: mesh");
   return cbr::run_program(app, argc, argv, [&] {
-    cbr::Report report("cbr-skin", common.verbosity());
+    cbr::Report report("cbr-skin", common.verbosity(), common.timings);
     cbr::set_threads(common.threads);
     cbr::run_skin(command, cbr::filter_output(), report);
+    report.write_timings();
   });
 }

@@ -98,6 +98,8 @@ struct RunResult {
   std::vector<OfPair> pairs;
   std::vector<double> total, work_external, work_contact, work_friction, work_numerical, active;
   Index steps = 0, jumps = 0;      // body steps are counted once for all bodies; a jump skips over steps without contact
+  Index contact_steps = 0;         // steps with a constraint of contact
+  double contact_rows = 0;         // constraints with an impulse, summed over the steps
   double scaled_energy_share = 0;  // largest share of all energy at an output that was in modes of scaled mass
   double largest_rotation = 0;     // rad
   Index most_rotated = -1;         // index into bodies

@@ -113,13 +113,22 @@ class TimeLoop {
     locate();
     const bool any_due = !due_.empty();
     if (options_.jumps) drop_far_pairs(step == 0);
-    if (any_due) contact_step(sim_, due_, h, step == 0, state_, outcome_);
+    if (any_due) {
+      contact_step(sim_, due_, h, step == 0, state_, outcome_);
+      count_contact();
+    }
     for (Index b = 0; b < static_cast<Index>(moving_.size()); ++b) {
       if (!moving_[b]) continue;
       sim_.bodies[b]->accept();
       at_[b] = step + 1;
     }
     if (any_due) reschedule(step + 1);
+  }
+
+  void count_contact() {
+    RunResult& result = recorder_.result();
+    result.contact_steps += std::find(outcome_.near.begin(), outcome_.near.end(), 1) != outcome_.near.end();
+    for (const Index active : outcome_.active) result.contact_rows += static_cast<double>(active);
   }
 
   // Of the due pairs, those whose bodies stay well out of each other's reach in this step need no search. A pair that had points in

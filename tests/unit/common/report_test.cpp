@@ -3,7 +3,13 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <fstream>
+#include <map>
 #include <thread>
+
+#include "common/error.hpp"
+#include "tests/formats/temporary_folder.hpp"
 
 namespace cbr {
 namespace {
@@ -39,6 +45,47 @@ TEST(Report, phasesAddUp) {
   const std::string text = testing::internal::GetCapturedStderr();
   EXPECT_NE(text.find("sleeping"), std::string::npos);
   EXPECT_NE(text.find("peak memory"), std::string::npos);
+}
+
+// kind,name -> value of a file of timings
+std::map<std::string, double> read_table(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  std::string line;
+  std::getline(in, line);
+  EXPECT_EQ(line, "kind,name,value");
+  std::map<std::string, double> table;
+  while (std::getline(in, line)) {
+    const auto comma = line.rfind(',');
+    EXPECT_TRUE(table.emplace(line.substr(0, comma), std::stod(line.substr(comma + 1))).second) << line;
+  }
+  return table;
+}
+
+TEST(Report, timingsGoToAFile) {
+  const test::TemporaryFolder folder;
+  const auto file = folder / "timings.csv";
+  Report report("cbr-test", Verbosity::quiet, file);
+  for (const char* name : {"sleeping", "waiting", "sleeping"}) {
+    const auto phase = report.phase(name);
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  report.count("steps", 3);
+  report.count("steps", 0.5);
+  EXPECT_FALSE(std::filesystem::exists(file));  // nothing before the end
+  report.write_timings();
+  const auto table = read_table(file);
+  EXPECT_EQ(table.at("phase,sleeping"), report.seconds("sleeping"));
+  EXPECT_GE(table.at("phase,total"), table.at("phase,sleeping") + table.at("phase,waiting"));
+  EXPECT_EQ(table.at("count,steps"), 3.5);
+  EXPECT_GT(table.at("count,peak_memory_bytes"), 1e6);
+  EXPECT_EQ(table.size(), 5u);
+  Report("cbr-test", Verbosity::quiet).write_timings();  // to no file: nothing
+  EXPECT_EQ(folder.n_entries(), 1u);
+}
+
+TEST(Report, timingsThatCannotBeWrittenAreSaidAtTheStart) {
+  const test::TemporaryFolder folder;
+  EXPECT_THROW(Report("cbr-test", Verbosity::quiet, folder / "missing" / "timings.csv"), InputError);
 }
 
 TEST(Report, memoryIsThatOfThisProcess) {

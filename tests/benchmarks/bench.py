@@ -1,0 +1,75 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The benchmarks of `make bench`: bench.py PART ... with PART of machine, t1, reduction, skipping, features, calculix, plots; all without any.
+
+BIN and BENCH (folders of the programs and of bench_machine), OUT (folder of the CSV files and plots) and as options SMOKE=1 (smallest
+sizes, one run each), REPEATS (3), REFINEMENTS ("1 2 4") come from the environment: tests/benchmarks/Makefile.
+"""
+import os
+import pathlib
+import subprocess
+import sys
+
+import limits
+import machine
+import t1
+from runs import read_csv, write_csv
+
+
+class Settings:
+    def __init__(self):
+        environment = os.environ
+        self.bin = pathlib.Path(environment["BIN"]).resolve()
+        self.bench = pathlib.Path(environment["BENCH"]).resolve()
+        self.out = pathlib.Path(environment["OUT"]).resolve()
+        self.smoke = environment.get("SMOKE", "") not in ("", "0")
+        self.repeats = 1 if self.smoke else int(environment.get("REPEATS") or 3)
+        self.refinements = [1] if self.smoke else [int(word) for word in (environment.get("REFINEMENTS") or "1 2 4").split()]
+
+    def rates(self):
+        rows = read_csv(self.out / "machine.csv")
+        if not rows:
+            measure_machine(self)
+            rows = read_csv(self.out / "machine.csv")
+        return limits.Rates(rows, machine.second_cache())
+
+
+def measure_machine(settings):
+    settings.out.mkdir(parents=True, exist_ok=True)
+    size = ["200"] if settings.smoke else []
+    text = subprocess.run([settings.bench / "bench_machine", *size], check=True, capture_output=True, text=True).stdout
+    (settings.out / "machine.csv").write_text(text)
+    write_csv(settings.out / "versions.csv", machine.versions(), ["what", "value"])
+
+
+def merge(path, rows, columns, of):
+    """Rows of `of` (a column's value) replaced in a CSV that keeps its others."""
+    column, value = of
+    kept = [row for row in read_csv(path) if row.get(column) != value]
+    write_csv(path, kept + rows, columns)
+
+
+def measure_t1(settings):
+    steps = next((row["steps"] for row in read_csv(settings.out / "t1.csv") if row["row"] == "r1 full"), None)
+    for r in settings.refinements:
+        print(f"T1, r = {r}")
+        rows, full_steps = t1.measure(r, settings.out / "t1", settings.bin, settings.rates(), settings.repeats if r < 4 else min(settings.repeats, 2),
+                                      settings.smoke, steps_per_r=steps if r > 1 else None)
+        steps = full_steps if r == 1 else steps
+        merge(settings.out / "t1.csv", rows, t1.COLUMNS, ("r", float(r)))
+
+
+PARTS = {"machine": measure_machine, "t1": measure_t1}
+
+
+def main():
+    settings = Settings()
+    wanted = sys.argv[1:] or list(PARTS)
+    for part in wanted:
+        if part not in PARTS:
+            sys.exit(f"bench.py: no part '{part}'; there are {', '.join(PARTS)}")
+        PARTS[part](settings)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,43 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Whether the CSV files of a benchmark run are whole: check.py OUT. No time is judged; shares of the limit must be above 0 and below 1.5."""
+import math
+import pathlib
+import sys
+
+import t1
+from runs import read_csv
+
+# File: columns that every measured row fills, and those that must be above 0
+WANTED = {
+    "machine.csv": ("value",),
+    "t1.csv": ("dofs", "steps", "rms_percent", "energy_kept", "stepping_s", "setup_s", "limit_s", "share_of_limit", "peak_memory_bytes", "speedup"),
+}
+SHARES = {"t1.csv": "share_of_limit"}
+MUST_RUN = {"t1.csv": ("full", "a")}  # of the column `model`
+
+
+def main():
+    out, missed = pathlib.Path(sys.argv[1]), []
+    for name, columns in WANTED.items():
+        rows = [row for row in read_csv(out / name) if not row.get("note")]
+        if not rows:
+            missed.append(f"{name}: no rows")
+        for row in rows:
+            title = f"{name}: {row.get('row', row.get('name'))}"
+            missed += [f"{title}: {c} is {row.get(c)!r}, a number above 0 is wanted" for c in columns
+                       if not (isinstance(row.get(c), float) and math.isfinite(row[c]) and row[c] > 0)]
+            share = SHARES.get(name)
+            if share and not 0 < row[share] < 1.5:
+                missed.append(f"{title}: {share} {row[share]}, between 0 and 1.5 is wanted")
+        missed += [f"{name}: no row of model {model}" for model in MUST_RUN.get(name, ()) if model not in {row["model"] for row in rows}]
+    if set(t1.COLUMNS) - set(read_csv(out / "t1.csv")[0]):
+        missed.append("t1.csv: columns are missing")
+    for line in missed:
+        print("MISSED", line)
+    print(f"{sum(len(read_csv(out / name)) for name in WANTED)} rows looked at, {len(missed)} things missed")
+    return 1 if missed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The least time that a phase can take on this machine: flops that it needs over the rate of dgemm, bytes over the rate of triad,
+whichever is longer. docs/benchmarks.md says where each formula comes from. Sizes in bytes, 8 to a number."""
+SECOND_CACHE = 2 << 20  # bytes of a core's; set by main from the machine
+
+
+class Rates:
+    """flops(): dgemm; bytes(working set): triad in the second caches or beyond them. Of all threads that the machine has."""
+
+    def __init__(self, rows, second_cache=SECOND_CACHE):
+        threads = max(row["threads"] for row in rows)
+        self.threads, self.second_cache = threads, second_cache
+        self.of = {row["name"]: row["value"] for row in rows if row["threads"] == threads}
+        self.single = {row["name"]: row["value"] for row in rows if row["threads"] == 1}
+
+    def flops(self):
+        return self.of["dgemm"]
+
+    def bytes(self, working_set):
+        return self.of["triad_l2" if working_set < self.threads * self.second_cache else "triad_large"]
+
+    def seconds(self, flops=0.0, data=0.0, working_set=None):
+        return max(flops / self.flops(), data / self.bytes(data if working_set is None else working_set))
+
+
+def mesh_step(rates, n_elements, n_nodes):
+    """A step of central differences of a mesh of 8-node hexes, lumped mass: the lesser of
+    element by element, 2 x 24 x 24 flops and 8 node numbers (4 bytes) each, and
+    assembled, the symmetric half of 27 blocks of 3 x 3 a node with a number (4 bytes) each;
+    and either way u and v read and written, the mass read: 13 numbers a node."""
+    vectors = 13 * 8 * n_nodes
+    by_element = rates.seconds(flops=1152 * n_elements, data=32 * n_elements + vectors)
+    assembled = rates.seconds(flops=27 * 18 * n_nodes, data=14 * 76 * n_nodes + vectors)
+    return min(by_element, assembled)
+
+
+def flight_step(rates, n):
+    """A jump of a body of n coordinates in diagonal form: q, v read and written, omega read: 5 numbers a coordinate."""
+    return rates.seconds(flops=6 * n, data=40 * n)
+
+
+def contact_step(rates, n, m, rows):
+    """A step of a body of n coordinates whose m nodes are in contact, `rows` of them active: a step of flight; V's 3 m rows
+    (shared by the instances, so of one body) read once for the end and once for the impulse; the response of 3 m dofs read once."""
+    data = 2 * 8 * 3 * m * n + 8 * (3 * m) ** 2
+    return flight_step(rates, n) + rates.seconds(flops=2 * data / 8 + 2 * rows**2, data=data)
+
+
+def reading(rates, size):
+    """A file of that many bytes, in the page cache."""
+    return size / rates.bytes(1 << 40)
+
+
+def reduction(rates, counts):
+    """{phase: seconds} of one component without domains."""
+    c, k = counts["interface_dofs"], counts["modes"]
+    n = c + k
+    return {
+        "factorisation": counts["factor_flops"] / rates.flops(),
+        "condensation": (counts["solve_flops"] + counts["product_flops"]) / rates.flops(),
+        # Two triangular solves with a vector for each mode sought, at the least: L is read twice (8 bytes a number)
+        "fixed-interface modes": 2 * 8 * counts["factor_nonzeros"] * max(counts["mode_candidates"], k) / rates.bytes(8 * counts["factor_nonzeros"]),
+        # (K^, M^) -> diagonal: Cholesky and two-sided update 7/3 n^3, tridiagonal form 4/3, vectors back 2 + 1 (LAPACK users' guide)
+        "diagonal form": (20 / 3) * n**3 / rates.flops(),
+    }

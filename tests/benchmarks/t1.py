@@ -1,0 +1,192 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The paper's block impact (T1) on 20 r x 10 r x 15 r hexes: run time against error, all rivals in turns."""
+import pathlib
+import subprocess
+
+import h5py
+import numpy as np
+
+import limits
+from runs import Refused, in_turns, median, run, spread
+
+SPEED, CONTACT, END = 3810.0, 4.25e-6, 1.2e-5  # m/s, s; contact lasts so long in the converged answer
+CENTRE = 0.0051  # x of the plane of symmetry at the start; it moves with SPEED / 2
+HERE = pathlib.Path(__file__).resolve().parent
+
+COLUMNS = ["row", "r", "model", "modes", "pick", "enforcement", "step_option", "dofs", "steps", "step_s", "contact_steps", "mean_rows", "rms_percent",
+           "rms_percent_of_half_speed", "energy_kept", "read_s", "setup_s", "stepping_s", "write_s", "total_s", "user_s", "spread", "limit_s", "share_of_limit",
+           "reduction_s", "peak_memory_bytes", "speedup", "note"]
+
+SCENE = """materials:
+  steel: {{youngs_modulus: 5.17e12, poissons_ratio: 0.3, density: 7836}}
+components:
+  block:
+    mesh: block-{r}.msh
+    material: steel
+    reduction: {{interface: [{interface}], modes: {modes}, pick: {pick}, superelement: {superelement}}}
+instances:
+  left:  {{component: block, as: {kind}, position: [-0.0279, 0, 0], velocity: [3810, 0, 0]}}
+  right: {{component: block, as: {kind}, position: [ 0.0381, 0, 0], mirror: x}}
+contact:
+  - {{between: [left.contact, right.contact], enforcement: {enforcement}}}
+time: {{end: {end}{time}}}
+output: {{every: {every}, history: [left.contact, right.contact]}}
+"""
+INTERFACES = {"a": "contact", "b": "contact, x_min", "c": "surface", "full": "contact"}
+
+
+def rows_of(r, smoke):
+    """(model, modes, pick, enforcement, entry of time) of the rivals on mesh r. Every mesh has the full mesh as its first."""
+    rivals = [("full", 0, "frequency", "impulse", "")]
+    scaled = [f", mass_scaling: true, step: {{cfl: {cfl}}}" for cfl in ((2,) if smoke else (1, 2, 3))]
+    picked = ("a", 5 if smoke else 20, "participation", "impulse")
+    rivals += [picked + ("",)] + [picked + (time,) for time in scaled]
+    if smoke:
+        return rivals
+    if r == 1:
+        rivals += [("full", 0, "frequency", "penalty", ""), ("full", 0, "frequency", "nodal", "")]
+        rivals += [("a", 20, "participation", e, "") for e in ("penalty", "nodal")]
+        rivals += [("a", 20, "participation", "impulse", f", step: {step}") for step in (1e-7, 5e-8)]
+        rivals += [("c", 500, "frequency", "impulse", ""), ("c", 500, "frequency", "impulse", scaled[1])]
+    if r <= 2:
+        rivals += [("a", modes, "frequency", "impulse", time) for modes in (80, 200, 500) for time in ("", scaled[1])]
+        rivals += [("b", 80, "frequency", "impulse", time) for time in ("", scaled[1])]
+    else:
+        rivals += [("a", 80, "participation", "impulse", scaled[1])]
+    return rivals
+
+
+def label(r, model, modes, pick, enforcement, time):
+    name = f"r{r} {model}" + ("" if model == "full" else f" {modes}" + (" picked" if pick == "participation" else ""))
+    name += "" if enforcement == "impulse" else f" {enforcement}"
+    option = time.replace(", mass_scaling: true", " scaled").replace(", step: ", " ").replace("{cfl: ", "cfl ").replace("}", "")
+    return name + option
+
+
+def outputs_for(n_steps, least=24, most=40):
+    """A number of outputs, whose whole multiple of steps is the least that is not below n_steps: outputs cost a step or two in a hundred."""
+    return min(range(least, most + 1), key=lambda n: (n * -(-n_steps // n), -n))
+
+
+def reference():
+    """t, distance of the face from the plane of symmetry."""
+    t, s, _ = np.loadtxt(HERE / "reference" / "t1.txt").T
+    return t, s
+
+
+def errors(results):
+    """rms of the two faces' positions at the outputs against the converged answer, per cent of SPEED x CONTACT; energy kept, of that in
+    the frame of the common centre of mass: what an impact can take."""
+    t_ref, s_ref = reference()
+    with h5py.File(results) as f:
+        t = f["time"][:]
+        s = np.interp(t, t_ref, s_ref)
+        plane = CENTRE + SPEED / 2 * t
+        d = [f[f"surfaces/{name}.contact/mean_position"][:, 0] - plane for name in ("left", "right")]
+        momentum = sum(f[f"instances/{name}/momentum"][0] for name in ("left", "right"))
+        energy = f["energy/total"][:]
+    rms = np.sqrt(np.mean(np.concatenate([d[0] - s, d[1] + s])[:] ** 2))
+    common = np.linalg.norm(momentum) * SPEED / 4  # P^2 / 2 M with P = M SPEED / 2
+    return 100 * rms / (SPEED * CONTACT), (energy[-1] - common) / (energy[0] - common)
+
+
+class Case:
+    """One rival on one mesh."""
+
+    def __init__(self, r, rival, hexes, folder, bin_dir):
+        self.r, self.rival, self.hexes, self.folder, self.bin_dir = r, rival, hexes, folder, bin_dir
+        self.model, self.modes, self.pick, self.enforcement, self.time = rival
+        self.name = label(r, *rival)
+        self.stem = self.name.replace(" ", "-").replace(":", "")
+        self.superelement = f"{self.model}-{self.r}-{self.modes}-{self.pick}.cbr.h5"
+        self.is_mesh = self.model == "full"
+
+    def write_scene(self, every):
+        text = SCENE.format(r=self.r, interface=INTERFACES[self.model], modes=max(self.modes, 1), pick=self.pick, superelement=self.superelement,
+                            kind="mesh" if self.is_mesh else "superelement", enforcement=self.enforcement, end=END, time=self.time, every=every)
+        (self.folder / f"{self.stem}.yaml").write_text(text)
+
+    def reduce(self):
+        """Seconds and counts of cbr-reduce, run once for each superelement; None for the mesh."""
+        if self.is_mesh:
+            return None
+        table = self.folder / f"{self.superelement}.csv"
+        if not table.exists() or not (self.folder / self.superelement).exists():
+            run(self.bin_dir, "cbr-reduce", f"{self.stem}.yaml", folder=self.folder, timings=table.name)
+        from runs import read_table
+        return read_table(table)
+
+    def dyn(self):
+        return run(self.bin_dir, "cbr-dyn", f"{self.stem}.yaml", "-o", f"{self.stem}.h5", folder=self.folder, timings=f"{self.stem}.csv")
+
+    def prepare(self, known_steps=None):
+        """Reduces, finds how many steps the run needs when outputs do not limit them, and chooses the outputs to fit."""
+        self.write_scene(0)
+        self.reduction = self.reduce()
+        self.n_steps = known_steps or int(self.dyn()["count"]["steps_planned"])
+        self.write_scene(END / outputs_for(self.n_steps))
+
+    def n_nodes(self):
+        return int(np.prod([n + 1 for n in self.hexes]))
+
+    def limit(self, rates, tables):
+        """Seconds of stepping at the least."""
+        steps, touching = (median(tables, "count", name) for name in ("steps", "contact_steps"))
+        rows = median(tables, "count", "contact_rows") / max(touching, 1)
+        m = (self.hexes[1] + 1) * (self.hexes[2] + 1)
+        if self.is_mesh:
+            return 2 * steps * limits.mesh_step(rates, int(np.prod(self.hexes)), self.n_nodes())
+        n = median(tables, "count", "dofs") / 2
+        return 2 * (steps - touching) * limits.flight_step(rates, n) + touching * (
+            limits.contact_step(rates, n, m, rows) + limits.flight_step(rates, n))
+
+    def row(self, tables, rates):
+        rms, energy = errors(self.folder / f"{self.stem}.h5")
+        steps, touching = median(tables, "count", "steps_planned"), median(tables, "count", "contact_steps")
+        stepping, limit = median(tables, "phase", "steps"), self.limit(rates, tables)
+        option = self.time.strip(", ") or "auto"
+        return {
+            "row": self.name, "r": self.r, "model": self.model, "modes": self.modes, "pick": self.pick if not self.is_mesh else "",
+            "enforcement": self.enforcement, "step_option": option, "dofs": median(tables, "count", "dofs") / 2, "steps": steps,
+            "step_s": END / steps, "contact_steps": touching, "mean_rows": median(tables, "count", "contact_rows") / max(touching, 1),
+            "rms_percent": rms, "rms_percent_of_half_speed": 2 * rms, "energy_kept": energy, "read_s": median(tables, "phase", "read"),
+            "setup_s": median(tables, "phase", "setup"), "stepping_s": stepping, "write_s": median(tables, "phase", "write"),
+            "total_s": median(tables, "phase", "total"), "user_s": median(tables, "user", None), "spread": spread(tables, "phase", "steps"),
+            "limit_s": limit, "share_of_limit": limit / stepping, "peak_memory_bytes": median(tables, "count", "peak_memory_bytes"),
+            "reduction_s": self.reduction["phase"]["total"] if self.reduction else 0.0, "note": "",
+        }
+
+
+def make_mesh(r, hexes, folder):
+    mesh = folder / f"block-{r}.msh"
+    if not mesh.exists():
+        numbers = [word for name, n in zip(("nx", "ny", "nz"), hexes) for word in ("-setnumber", name, str(n))]
+        subprocess.run(["gmsh", "-3", "-v", "1", HERE.parents[1] / "meshes" / "block.geo", *numbers, "-o", f"{mesh}.tmp.msh"], check=True)
+        pathlib.Path(f"{mesh}.tmp.msh").rename(mesh)
+
+
+def measure(r, folder, bin_dir, rates, repeats, smoke=False, say=print, steps_per_r=None):
+    """Rows of mesh r, and the steps that the full mesh takes. steps_per_r: those of r = 1, so that no run is spent on finding them."""
+    hexes = (6, 4, 5) if smoke else tuple(int(n * r) for n in (20, 10, 15))
+    folder.mkdir(parents=True, exist_ok=True)
+    make_mesh(r, hexes, folder)
+    cases, notes = {}, []
+    full_steps = None
+    for rival in rows_of(r, smoke):
+        case = Case(r, rival, hexes, folder, bin_dir)
+        # The critical step of the same elements falls with their size; a little less on a larger mesh
+        known = int(np.ceil(1.005 * steps_per_r * r)) if steps_per_r and case.is_mesh and case.enforcement == "impulse" else None
+        try:
+            case.prepare(known)
+            cases[case.name] = case
+        except Refused as error:
+            say(f"  {case.name}: left out: {error}")
+            notes.append({"row": case.name, "r": r, "note": f"left out: {error}"})
+        if case.is_mesh and case.enforcement == "impulse" and case.name in cases:
+            full_steps = case.n_steps
+    results, refused = in_turns({name: case.dyn for name, case in cases.items()}, repeats, say)
+    rows = [cases[name].row(tables, rates) for name, tables in results.items()]
+    base = next((row["stepping_s"] for row in rows if row["model"] == "full"), None)
+    for row in rows:
+        row["speedup"] = base / row["stepping_s"] if base else ""
+    return rows + notes + [{"row": name, "r": r, "note": f"left out: {text}"} for name, text in refused.items()], full_steps
