@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The benchmarks of `make bench`: bench.py PART ... with PART of machine, t1, reduction, skipping, features, calculix, plots; all without any.
+"""The benchmarks of `make bench`: bench.py PART ... with PART of machine, t1, projected, reduction, skipping, features, calculix, plots; all without any.
 
 BIN and BENCH (folders of the programs and of bench_machine), OUT (folder of the CSV files and plots) and as options SMOKE=1 (smallest
 sizes, one run each), REPEATS (3), REFINEMENTS ("1 2 4") come from the environment: tests/benchmarks/Makefile.
@@ -10,8 +10,13 @@ import pathlib
 import subprocess
 import sys
 
+import features
 import limits
 import machine
+import plots
+import projected
+import reduction
+import skipping
 import t1
 from runs import read_csv, write_csv
 
@@ -22,6 +27,7 @@ class Settings:
         self.bin = pathlib.Path(environment["BIN"]).resolve()
         self.bench = pathlib.Path(environment["BENCH"]).resolve()
         self.out = pathlib.Path(environment["OUT"]).resolve()
+        self.python = environment.get("PYTHON") or sys.executable
         self.smoke = environment.get("SMOKE", "") not in ("", "0")
         self.repeats = 1 if self.smoke else int(environment.get("REPEATS") or 3)
         self.refinements = [1] if self.smoke else [int(word) for word in (environment.get("REFINEMENTS") or "1 2 4").split()]
@@ -59,7 +65,26 @@ def measure_t1(settings):
         merge(settings.out / "t1.csv", rows, t1.COLUMNS, ("r", float(r)))
 
 
-PARTS = {"machine": measure_machine, "t1": measure_t1}
+def measure_reduction(settings):
+    rows, again = reduction.measure(settings, settings.rates())
+    write_csv(settings.out / "reduction.csv", rows, reduction.COLUMNS)
+    write_csv(settings.out / "again.csv", again, reduction.AGAIN)
+
+
+def measure_projected(settings):
+    write_csv(settings.out / "projected.csv", projected.measure(settings), projected.COLUMNS)
+
+
+def measure_skipping(settings):
+    write_csv(settings.out / "skipping.csv", skipping.measure(settings), skipping.COLUMNS)
+
+
+def measure_features(settings):
+    write_csv(settings.out / "features.csv", *features.measure(settings))
+
+
+PARTS = {"machine": measure_machine, "t1": measure_t1, "projected": measure_projected, "reduction": measure_reduction, "skipping": measure_skipping,
+         "features": measure_features, "plots": lambda settings: plots.make(settings.out)}
 
 
 def main():

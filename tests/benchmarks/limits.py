@@ -39,16 +39,22 @@ def flight_step(rates, n):
     return rates.seconds(flops=6 * n, data=40 * n)
 
 
-def contact_step(rates, n, m, rows):
-    """A step of a body of n coordinates whose m nodes are in contact, `rows` of them active: a step of flight; V's 3 m rows
-    (shared by the instances, so of one body) read once for the end and once for the impulse; the response of 3 m dofs read once."""
-    data = 2 * 8 * 3 * m * n + 8 * (3 * m) ** 2
-    return flight_step(rates, n) + rates.seconds(flops=2 * data / 8 + 2 * rows**2, data=data)
+def contact_step(rates, n, m, rows, scaled=False):
+    """A step of two instances of one superelement of n coordinates (scaled: those below the clip) whose m nodes each are in contact,
+    `rows` of them active: the flight of both; V's 3 m rows, shared, read once for the end and once for the impulse; half of the
+    symmetric response of 3 m dofs read once; scaled: r, r' of 3 m dofs read and written."""
+    data = 2 * 8 * 3 * m * n + 4 * (3 * m) ** 2 + (2 * 4 * 8 * 3 * m if scaled else 0)
+    return 2 * flight_step(rates, n) + rates.seconds(flops=2 * data / 8 + 2 * rows**2, data=data)
 
 
 def reading(rates, size):
     """A file of that many bytes, in the page cache."""
     return size / rates.bytes(1 << 40)
+
+
+def diagonal_flops(n):
+    """(K^, M^) -> omega, V: Cholesky and the two-sided update 7/3 n^3, tridiagonal form 4/3, vectors back 2 and 1 (LAPACK users' guide)."""
+    return 20 / 3 * n**3
 
 
 def reduction(rates, counts):
@@ -60,6 +66,5 @@ def reduction(rates, counts):
         "condensation": (counts["solve_flops"] + counts["product_flops"]) / rates.flops(),
         # Two triangular solves with a vector for each mode sought, at the least: L is read twice (8 bytes a number)
         "fixed-interface modes": 2 * 8 * counts["factor_nonzeros"] * max(counts["mode_candidates"], k) / rates.bytes(8 * counts["factor_nonzeros"]),
-        # (K^, M^) -> diagonal: Cholesky and two-sided update 7/3 n^3, tridiagonal form 4/3, vectors back 2 + 1 (LAPACK users' guide)
-        "diagonal form": (20 / 3) * n**3 / rates.flops(),
+        "diagonal form": diagonal_flops(n) / rates.flops(),
     }

@@ -7,7 +7,7 @@ import h5py
 import numpy as np
 
 import limits
-from runs import Refused, in_turns, median, run, spread
+from runs import Refused, in_turns, median, read_table, run, spread
 
 SPEED, CONTACT, END = 3810.0, 4.25e-6, 1.2e-5  # m/s, s; contact lasts so long in the converged answer
 CENTRE = 0.0051  # x of the plane of symmetry at the start; it moves with SPEED / 2
@@ -23,14 +23,14 @@ components:
   block:
     mesh: block-{r}.msh
     material: steel
-    reduction: {{interface: [{interface}], modes: {modes}, pick: {pick}, superelement: {superelement}}}
+    reduction: {{interface: [{interface}], modes: {modes}, pick: {pick}{recovery}, superelement: {superelement}}}
 instances:
   left:  {{component: block, as: {kind}, position: [-0.0279, 0, 0], velocity: [3810, 0, 0]}}
   right: {{component: block, as: {kind}, position: [ 0.0381, 0, 0], mirror: x}}
 contact:
   - {{between: [left.contact, right.contact], enforcement: {enforcement}}}
 time: {{end: {end}{time}}}
-output: {{every: {every}, history: [left.contact, right.contact]}}
+output: {{every: {every}, history: [left.contact, right.contact]{fields}}}
 """
 INTERFACES = {"a": "contact", "b": "contact, x_min", "c": "surface", "full": "contact"}
 
@@ -45,7 +45,7 @@ def rows_of(r, smoke):
         return rivals
     if r == 1:
         rivals += [("full", 0, "frequency", "penalty", ""), ("full", 0, "frequency", "nodal", "")]
-        rivals += [("a", 20, "participation", e, "") for e in ("penalty", "nodal")]
+        rivals += [("a", 20, "participation", e, "") for e in ("penalty", "nodal")] + [("a", 80, "participation", "impulse", "")]
         rivals += [("a", 20, "participation", "impulse", f", step: {step}") for step in (1e-7, 5e-8)]
         rivals += [("c", 500, "frequency", "impulse", ""), ("c", 500, "frequency", "impulse", scaled[1])]
     if r <= 2:
@@ -101,9 +101,11 @@ class Case:
         self.superelement = f"{self.model}-{self.r}-{self.modes}-{self.pick}.cbr.h5"
         self.is_mesh = self.model == "full"
 
-    def write_scene(self, every):
+    def write_scene(self, every, fields="", recovery=""):
+        """fields, recovery: what follows in the entries of output and reduction."""
         text = SCENE.format(r=self.r, interface=INTERFACES[self.model], modes=max(self.modes, 1), pick=self.pick, superelement=self.superelement,
-                            kind="mesh" if self.is_mesh else "superelement", enforcement=self.enforcement, end=END, time=self.time, every=every)
+                            kind="mesh" if self.is_mesh else "superelement", enforcement=self.enforcement, end=END, time=self.time, every=every,
+                            fields=fields, recovery=recovery)
         (self.folder / f"{self.stem}.yaml").write_text(text)
 
     def reduce(self):
@@ -113,7 +115,6 @@ class Case:
         table = self.folder / f"{self.superelement}.csv"
         if not table.exists() or not (self.folder / self.superelement).exists():
             run(self.bin_dir, "cbr-reduce", f"{self.stem}.yaml", folder=self.folder, timings=table.name)
-        from runs import read_table
         return read_table(table)
 
     def dyn(self):
@@ -136,9 +137,17 @@ class Case:
         m = (self.hexes[1] + 1) * (self.hexes[2] + 1)
         if self.is_mesh:
             return 2 * steps * limits.mesh_step(rates, int(np.prod(self.hexes)), self.n_nodes())
-        n = median(tables, "count", "dofs") / 2
-        return 2 * (steps - touching) * limits.flight_step(rates, n) + touching * (
-            limits.contact_step(rates, n, m, rows) + limits.flight_step(rates, n))
+        n, scaled = self.n_coordinates(median(tables, "count", "dofs") / 2, median(tables, "count", "steps_planned"))
+        return 2 * (steps - touching) * limits.flight_step(rates, n) + touching * limits.contact_step(rates, n, m, rows, scaled)
+
+    def n_coordinates(self, n, steps):
+        """Coordinates that move by themselves, and whether there are others: modes above 2 / step when they are scaled. Without a
+        diagonal form in the file they are taken to be as many as the modes kept."""
+        if "mass_scaling" not in self.time:
+            return n, False
+        with h5py.File(self.folder / self.superelement) as f:
+            omega = f["diagonal/omega"][:] if "diagonal" in f else None
+        return (self.modes, True) if omega is None else (int(np.sum(omega < 2 * steps / END)), True)
 
     def row(self, tables, rates):
         rms, energy = errors(self.folder / f"{self.stem}.h5")

@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Plots of the benchmarks from their CSV files: OUT/bench-t1.png, bench-ratio.png, bench-phases.png."""
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+from matplotlib.lines import Line2D
+
+from runs import read_csv
+
+MARKERS = {1: "o", 2: "s", 4: "^"}
+KINDS = {"full": ("full mesh", "#1f3b73"), "a": ("(a) contact face", "#2a9d4a"), "a scaled": ("(a), modal mass scaling", "#8ac926"),
+         "b": ("(b) both x faces", "#e07b00"), "c": ("(c) whole surface", "#b3202c")}
+TARGETS = {1: 5, 2: 20, 4: 60}
+ERROR = "rms_percent_of_half_speed"
+
+
+def kind(row):
+    scaled = "mass_scaling" in str(row["step_option"])
+    return "a scaled" if scaled and row["model"] == "a" else row["model"]
+
+
+def measured(rows):
+    """Rows with impulses: what is compared. Others are in the table."""
+    return [row for row in rows if not row["note"] and row["enforcement"] == "impulse"]
+
+
+def style(axis, title, xlabel, ylabel):
+    axis.set_title(title, fontsize=10, loc="left")
+    axis.set_xlabel(xlabel)
+    axis.set_ylabel(ylabel)
+    axis.spines[["top", "right"]].set_visible(False)
+    axis.grid(True, which="both", color="#ececec", linewidth=0.6)
+
+
+def legend(axis, rows):
+    kinds = [k for k in KINDS if k in {kind(row) for row in rows}]
+    handles = [Line2D([], [], color=KINDS[k][1], marker="o", linestyle="", label=KINDS[k][0]) for k in kinds]
+    handles += [Line2D([], [], color="#555555", marker=MARKERS[r], linestyle="", label=f"r = {r}") for r in sorted({int(row["r"]) for row in rows})]
+    axis.legend(handles=handles, frameon=False, fontsize=8, loc="upper left", bbox_to_anchor=(1, 1))
+
+
+def plot_time_and_error(rows, file):
+    fig, axes = plt.subplots(1, 2, figsize=(10.5, 4.4), layout="constrained", sharey=True)
+    for axis, column, title in ((axes[0], "stepping_s", "stepping alone"), (axes[1], "total_s", "the whole run: reading, setup, stepping, writing")):
+        for row in rows:
+            axis.loglog(row[column], row[ERROR], MARKERS[int(row["r"])], color=KINDS[kind(row)][1], markersize=7, alpha=0.85)
+        axis.axhline(0.5, color="#999999", linestyle=":", linewidth=1)
+        style(axis, title, "seconds", "rms error of the face, % of 1905 m/s x 4.25 us" if axis is axes[0] else "")
+    legend(axes[1], rows)
+    fig.savefig(file, dpi=110)
+    plt.close(fig)
+
+
+def plot_ratio(rows, file):
+    fig, axis = plt.subplots(figsize=(6.4, 4.4), layout="constrained")
+    for row in rows:
+        if row["model"] != "full":
+            axis.loglog(row["speedup"], row[ERROR], MARKERS[int(row["r"])], color=KINDS[kind(row)][1], markersize=7, alpha=0.85)
+    for r in sorted({int(row["r"]) for row in rows}):
+        if r in TARGETS:
+            axis.plot([TARGETS[r]], [0.5], MARKERS[r], markerfacecolor="none", color="#222222", markersize=12)
+            axis.annotate(f" target, r = {r}", (TARGETS[r], 0.5), fontsize=8, va="bottom")
+    axis.axhline(0.5, color="#999999", linestyle=":", linewidth=1)
+    axis.axvline(1, color="#1f3b73", linewidth=1)
+    style(axis, "stepping, times faster than the full mesh of the same r", "full mesh's seconds over these", "rms error, % of 1905 m/s x 4.25 us")
+    legend(axis, [row for row in rows if row["model"] != "full"])
+    fig.savefig(file, dpi=110)
+    plt.close(fig)
+
+
+def stacked(axis, names, parts, title):
+    """parts: phase -> list of seconds. Shares, with the sum beside the name."""
+    colours = plt.get_cmap("tab10").colors
+    sums = [sum(values[i] for values in parts.values()) for i in range(len(names))]
+    labels = [f"{name}: {total:.3g} s" for name, total in zip(names, sums)]
+    left = [0.0] * len(names)
+    for i, (phase, values) in enumerate(parts.items()):
+        shares = [100 * value / total for value, total in zip(values, sums)]
+        axis.barh(labels, shares, left=left, color=colours[i % 10], label=phase)
+        left = [a + b for a, b in zip(left, shares)]
+    axis.invert_yaxis()
+    style(axis, title, "% of the time", "")
+    axis.tick_params(axis="y", labelsize=7)
+    if names:
+        axis.legend(frameon=False, fontsize=7, loc="upper left", bbox_to_anchor=(0, -0.14), ncols=4)
+
+
+def plot_phases(t1_rows, reduction_rows, file):
+    """Of each r the full mesh, and the fastest (a) with an error below 0.5 %; and the reductions."""
+    chosen = []
+    for r in sorted({row["r"] for row in t1_rows}):
+        of = [row for row in t1_rows if row["r"] == r]
+        chosen += [row for row in of if row["model"] == "full"][:1]
+        good = [row for row in of if row["model"] == "a" and row[ERROR] < 0.5]
+        chosen += sorted(good, key=lambda row: row["stepping_s"])[:1]
+    fig, axes = plt.subplots(1, 2, figsize=(11, 3.6), layout="constrained")
+    parts = {name: [row[column] for row in chosen] for name, column in (("read", "read_s"), ("setup", "setup_s"), ("steps", "stepping_s"), ("write", "write_s"))}
+    stacked(axes[0], [row["row"] for row in chosen], parts, "runs")
+    names = list(dict.fromkeys(row["row"] for row in reduction_rows))
+    phases = [p for p in dict.fromkeys(row["phase"] for row in reduction_rows) if p not in ("total", "")]
+    table = {(row["row"], row["phase"]): row["seconds"] for row in reduction_rows}
+    stacked(axes[1], names, {p: [table.get((n, p)) or 0.0 for n in names] for p in phases}, "reductions")
+    fig.savefig(file, dpi=110)
+    plt.close(fig)
+
+
+def make(out):
+    rows = measured(read_csv(out / "t1.csv"))
+    if rows:
+        plot_time_and_error(rows, out / "bench-t1.png")
+        plot_ratio(rows, out / "bench-ratio.png")
+        plot_phases(rows, [row for row in read_csv(out / "reduction.csv") if not row["note"]], out / "bench-phases.png")

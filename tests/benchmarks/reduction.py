@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""cbr-reduce by phase: seconds, flops, rate, share of the limit; and what a second run on unchanged inputs costs."""
+import subprocess
+
+import limits
+import t1
+from runs import in_turns, median, run
+
+COLUMNS = ["row", "phase", "seconds", "flops", "flop_rate", "limit_s", "share_of_limit", "share_of_total", "dofs", "interface_dofs", "modes", "factor_nonzeros",
+           "factor_flops", "peak_memory_bytes", "note"]
+AGAIN = ["row", "first_s", "again_s", "ratio", "target", "reached", "note"]
+
+# What the program calls the phases, and which of its counts are their flops; the diagonal form's are of limits.reduction
+FLOPS = {"factorisation": ("factor_flops",), "condensation": ("solve_flops", "product_flops")}
+
+
+def cases(folder, settings):
+    """name -> function that writes the scene and returns its file."""
+    def block(model, modes, r, hexes):
+        def make():
+            t1.make_mesh(r, hexes, folder)
+            case = t1.Case(r, (model, modes, "frequency", "impulse", ""), hexes, folder, settings.bin)
+            case.write_scene(1e-7)
+            return f"{case.stem}.yaml"
+        return make
+
+    def bracket():
+        here = t1.HERE.parent / "cases" / "small-features"
+        mesh, model = ("small", "k20") if settings.smoke else ("tet4", "k80")
+        command = ["make", "--no-print-directory", "-C", here, f"OUT={folder}", f"BIN={settings.bin}", f"PYTHON={settings.python}",
+                   f"FAST={'1' if settings.smoke else ''}", folder / f"{mesh}.msh", folder / f"{mesh}-{model}.yaml"]
+        subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+        return f"{mesh}-{model}.yaml"
+
+    if settings.smoke:
+        return {"T1 (a), 5 modes": block("a", 5, 1, (6, 4, 5)), "small features": bracket}
+    return {"T1 (a), 80 modes": block("a", 80, 1, (20, 10, 15)), "T1 (c), 500 modes": block("c", 500, 1, (20, 10, 15)),
+            "T1 (a), 80 modes, r = 2": block("a", 80, 2, (40, 20, 30)), "small features, 80 modes": bracket}
+
+
+def phases(name, tables, rates):
+    counts = {key: median(tables, "count", key) for key in tables[0]["count"]}
+    least = limits.reduction(rates, counts)
+    n = counts["interface_dofs"] + counts["modes"]
+    common = {"row": name, "dofs": counts["dofs"], "interface_dofs": counts["interface_dofs"], "modes": counts["modes"], "note": "",
+              "factor_nonzeros": counts["factor_nonzeros"], "factor_flops": counts["factor_flops"], "peak_memory_bytes": counts["peak_memory_bytes"]}
+    total = median(tables, "phase", "total")
+    rows = []
+    for phase in tables[0]["phase"]:
+        seconds = median(tables, "phase", phase)
+        flops = sum(counts[count] for count in FLOPS.get(phase, ())) or (limits.diagonal_flops(n) if phase == "diagonal form" else 0)
+        row = {**common, "phase": phase, "seconds": seconds, "share_of_total": seconds / total}
+        if flops:
+            row.update(flops=flops, flop_rate=flops / seconds)
+        if least.get(phase) and seconds > 0:
+            row.update(limit_s=least[phase], share_of_limit=least[phase] / seconds)
+        rows.append(row)
+    return rows
+
+
+def measure(settings, rates, say=print):
+    """Rows of reduction.csv and of again.csv."""
+    folder = settings.out / "reduction"
+    folder.mkdir(parents=True, exist_ok=True)
+    scenes, rows, again = {}, [], []
+    for name, make in cases(folder, settings).items():
+        scenes[name] = make()
+    jobs = {name: (lambda scene=scene: run(settings.bin, "cbr-reduce", scene, "--force", folder=folder)) for name, scene in scenes.items()}
+    results, refused = in_turns(jobs, settings.repeats, say)
+    second, _ = in_turns({name: (lambda scene=scenes[name]: run(settings.bin, "cbr-reduce", scene, folder=folder)) for name in results}, settings.repeats, say)
+    for name, tables in results.items():
+        rows += phases(name, tables, rates)
+        first_s, again_s = median(tables, "phase", "total"), median(second[name], "phase", "total")
+        again.append({"row": name, "first_s": first_s, "again_s": again_s, "ratio": again_s / first_s, "target": 0.2,
+                      "reached": "yes" if again_s <= 0.2 * first_s else "no"})
+    notes = [{"row": name, "note": f"left out: {text}"} for name, text in refused.items()]
+    return rows + notes, again
