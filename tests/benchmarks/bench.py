@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The benchmarks of `make bench`: bench.py PART ... with PART of machine, t1, projected, reduction, skipping, features, calculix, plots; all without any.
+"""The benchmarks of `make bench`: bench.py PART ... with PART of machine, t1, projected, reduction, skipping, features, largest, plots; all but largest without any.
 
 BIN and BENCH (folders of the programs and of bench_machine), OUT (folder of the CSV files and plots) and as options SMOKE=1 (smallest
 sizes, one run each), REPEATS (3), REFINEMENTS ("1 2 4") come from the environment: tests/benchmarks/Makefile.
@@ -71,6 +71,11 @@ def measure_reduction(settings):
     write_csv(settings.out / "again.csv", again, reduction.AGAIN)
 
 
+def measure_largest(settings):
+    hexes = [int(word) for word in (os.environ.get("HEXES") or "166 36 53").split()]
+    write_csv(settings.out / "largest.csv", reduction.largest(settings, settings.rates(), hexes), reduction.COLUMNS)
+
+
 def measure_projected(settings):
     write_csv(settings.out / "projected.csv", projected.measure(settings), projected.COLUMNS)
 
@@ -84,12 +89,12 @@ def measure_features(settings):
 
 
 PARTS = {"machine": measure_machine, "t1": measure_t1, "projected": measure_projected, "reduction": measure_reduction, "skipping": measure_skipping,
-         "features": measure_features, "plots": lambda settings: plots.make(settings.out)}
+         "features": measure_features, "largest": measure_largest, "plots": lambda settings: plots.make(settings.out)}
 
 
 def main():
     settings = Settings()
-    wanted = sys.argv[1:] or list(PARTS)
+    wanted = sys.argv[1:] or [part for part in PARTS if part != "largest"]
     for part in wanted:
         if part not in PARTS:
             sys.exit(f"bench.py: no part '{part}'; there are {', '.join(PARTS)}")

@@ -34,7 +34,7 @@ def machine_table(out):
     rates = {}
     for row in read_csv(out / "machine.csv"):
         rates.setdefault(row["name"], {})[int(row["threads"])] = (row["value"] / 1e9, "G" + row["unit"])
-    first = table(["", ""], [[row["what"], str(row["value"])] for row in versions])
+    first = table(["", ""], [[row["what"], row["value"]] for row in versions])
     most = max((max(of) for of in rates.values()), default=1)
     second = table(["rate", "1 thread", f"{most} threads"],
                    [[f"{name}, {of[1][1]}", of[1][0], of.get(most, ("",))[0]] for name, of in rates.items()])
@@ -51,7 +51,7 @@ def t1_table(out):
 
 
 def reduction_table(out):
-    rows = [row for row in read_csv(out / "reduction.csv") if not row["note"] and row["seconds"] > 1e-3 * (row["seconds"] / (row["share_of_total"] or 1))]
+    rows = [row for row in read_csv(out / "reduction.csv") + read_csv(out / "largest.csv") if not row["note"] and row["seconds"] > 1e-3 * (row["seconds"] / (row["share_of_total"] or 1))]
     return table(["component", "phase", "s", "Gflop/s", "% of the limit"],
                  [[row["row"], row["phase"], row["seconds"], row["flop_rate"] / 1e9 if row["flop_rate"] else "",
                    100 * row["share_of_limit"] if row["share_of_limit"] else ""] for row in rows])

@@ -39,6 +39,6 @@ def versions():
     model = re.search(r"model name\s*: (.*)", pathlib.Path("/proc/cpuinfo").read_text())
     memory = int(re.search(r"MemTotal:\s*(\d+)", pathlib.Path("/proc/meminfo").read_text()).group(1))
     rows = [("processor", model.group(1) if model else platform.machine()), ("processors", len(os.sched_getaffinity(0))), ("caches", caches()),
-            ("memory", f"{memory / 1e6:.0f} GB"), ("kernel", platform.release())]
+            ("memory", f"{memory / 1e6:.0f} GB"), ("kernel", platform.release()), ("other processes waiting for a processor, at the start", round(os.getloadavg()[0], 1))]
     rows += [(name, package(name)) for name in PACKAGES if package(name)]
     return [{"what": what, "value": value} for what, value in rows]

@@ -58,6 +58,18 @@ def phases(name, tables, rates):
     return rows
 
 
+def largest(settings, rates, hexes, say=print):
+    """Rows of largest.csv: one run of a block of that many hexes whose contact face is kept, with 20 modes."""
+    folder = settings.out / "largest"
+    folder.mkdir(parents=True, exist_ok=True)
+    t1.make_mesh("large", hexes, folder)
+    case = t1.Case("large", ("a", 20, "frequency", "impulse", ""), hexes, folder, settings.bin)
+    case.write_scene(1e-7)
+    table = run(settings.bin, "cbr-reduce", f"{case.stem}.yaml", "--force", folder=folder)
+    say(f"  {table['wall']:.0f} s, {table['count']['peak_memory_bytes'] / 1e9:.1f} GB")
+    return phases(f"block of {hexes[0]} x {hexes[1]} x {hexes[2]} hexes, 20 modes", [table], rates)
+
+
 def measure(settings, rates, say=print):
     """Rows of reduction.csv and of again.csv."""
     folder = settings.out / "reduction"
