@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The benchmarks of `make bench`: bench.py PART ... with PART of machine, t1, projected, reduction, skipping, features, largest, plots; all but largest without any.
+"""The benchmarks of `make bench`: bench.py PART ... with PART of machine, t1, projected, reduction, skipping, features, calculix, largest, plots; all but largest without any.
 
 BIN and BENCH (folders of the programs and of bench_machine), OUT (folder of the CSV files and plots) and as options SMOKE=1 (smallest
 sizes, one run each), REPEATS (3), REFINEMENTS ("1 2 4") come from the environment: tests/benchmarks/Makefile.
@@ -10,6 +10,7 @@ import pathlib
 import subprocess
 import sys
 
+import ccx
 import features
 import limits
 import machine
@@ -71,6 +72,10 @@ def measure_reduction(settings):
     write_csv(settings.out / "again.csv", again, reduction.AGAIN)
 
 
+def measure_calculix(settings):
+    write_csv(settings.out / "calculix.csv", ccx.measure(settings), ccx.COLUMNS)
+
+
 def measure_largest(settings):
     hexes = [int(word) for word in (os.environ.get("HEXES") or "166 36 53").split()]
     write_csv(settings.out / "largest.csv", reduction.largest(settings, settings.rates(), hexes), reduction.COLUMNS)
@@ -89,7 +94,8 @@ def measure_features(settings):
 
 
 PARTS = {"machine": measure_machine, "t1": measure_t1, "projected": measure_projected, "reduction": measure_reduction, "skipping": measure_skipping,
-         "features": measure_features, "largest": measure_largest, "plots": lambda settings: plots.make(settings.out)}
+         "features": measure_features, "calculix": measure_calculix,
+         "largest": measure_largest, "plots": lambda settings: plots.make(settings.out)}
 
 
 def main():

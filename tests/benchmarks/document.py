@@ -82,6 +82,12 @@ def projected_table(out):
                   for row in read_csv(out / "projected.csv")])
 
 
+def calculix_table(out):
+    rows = [row for row in read_csv(out / "calculix.csv") if not row["note"]]
+    return table(["CalculiX", "seconds, all", "threads", "left, m/s", "right, m/s", "rms %"],
+                 [[row["row"], row["seconds"], row["threads"], row["left_velocity"], row["right_velocity"], row["rms_percent_of_half_speed"]] for row in rows]) if rows else ""
+
+
 def best(rows, r):
     """The fastest superelement (a) on mesh r with an error below 0.5 %."""
     good = [row for row in rows if row["r"] == r and row["model"] == "a" and not row["note"] and row["enforcement"] == "impulse"
@@ -116,7 +122,7 @@ def target_table(out):
 
 
 TABLES = {"machine": machine_table, "t1": t1_table, "reduction": reduction_table, "again": again_table, "skipping": skipping_table, "features": features_table,
-          "targets": target_table, "projected": projected_table}
+          "targets": target_table, "projected": projected_table, "calculix": calculix_table}
 
 
 def main():

@@ -64,7 +64,7 @@ def reduction(rates, counts):
     return {
         "factorisation": counts["factor_flops"] / rates.flops(),
         "condensation": (counts["solve_flops"] + counts["product_flops"]) / rates.flops(),
-        # Two triangular solves with a vector for each mode sought, at the least: L is read twice (8 bytes a number)
-        "fixed-interface modes": 2 * 8 * counts["factor_nonzeros"] * max(counts["mode_candidates"], k) / rates.bytes(8 * counts["factor_nonzeros"]),
+        # Two triangular solves with a vector for each mode sought, at the least, in blocks; L is read twice
+        "fixed-interface modes": rates.seconds(flops=4 * counts["factor_nonzeros"] * max(counts["mode_candidates"], k), data=16 * counts["factor_nonzeros"]),
         "diagonal form": diagonal_flops(n) / rates.flops(),
     }
