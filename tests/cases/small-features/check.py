@@ -30,13 +30,14 @@ class Check:
         self.below(run.name, "pull of the wall, over the largest push", run.force.max() / np.abs(run.force).max(), 1e-10)
 
     def agrees(self, run, full):
-        """A superelement against the full mesh. A flat blow loses rho_res of the energy, and that is high-frequency motion of the pad that the
-        mesh keeps: a share rho_res of the energy is a share of at most sqrt(rho_res) of the motion, which takes no part in the rebound but through
-        the blow's length. Bounds: 1 % of the way at 5 m/s over the contact time, 2 % of the speed; measured 0.2 to 0.3 % and 0.2 to 0.6 %."""
+        """A superelement against the full mesh. What it loses, rho_res of the energy in a flat blow, is fast motion of the pad's own layer, which takes
+        no part in the rebound but through what is left in bending between the two blows. Bounds: rms 1 % of the way at 5 m/s over the contact time (measured: 0.1 to
+        0.3 % with 80 modes, 0.8 % with 20), rebound 1 % of the speed with 80 modes, 3 % with 20 (0.3 %, 2 %). tet10 in place of
+        tet4 changes the mesh's own rebound by 9 %."""
         if run.modes < 20 or (run.scaling or 1) > 4:
             return
         self.below(run.name, "rms of the pad's position against the full mesh", rms(run, full), 0.01)
-        self.below(run.name, "rebound, off the full mesh's, share of the speed", abs(run.rebound - full.rebound), 0.02)
+        self.below(run.name, "rebound, off the full mesh's, share of the speed", abs(run.rebound - full.rebound), 0.01 if run.modes >= 80 else 0.03)
         self.below(run.name, "rms of the force in windows of 6 us against the full mesh", rms_force(run, full), 0.05)
         if not run.scaling:
             # Both blows lose at most rho_res each, on top of what the mesh loses by its own face layer.

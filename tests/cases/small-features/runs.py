@@ -85,7 +85,7 @@ class Runs:
         return self.by_name[name]
 
     def meshes(self):
-        return sorted({r.mesh for r in self.all if r.mesh != "fine"})
+        return sorted({r.mesh for r in self.all if r.mesh != "fine"}, key=lambda m: (len(m), m))
 
     def full(self, run):
         return self.by_name.get(f"{run.mesh}-full")
