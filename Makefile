@@ -6,7 +6,7 @@ PRESET ?= release
 PYTHON ?= /usr/bin/python3
 export PYTHON
 
-.PHONY: help packages configure programs build test demo paper fig3 fig5 fig6 fig8 fig9 fig10 fig11 fig12 eqs eq18 dissimilar hertz bench bench-docs bench-contact install check clean
+.PHONY: help packages configure programs build test demo paper fig3 fig5 fig6 fig8 fig9 fig10 fig11 fig12 eqs eq18 dissimilar hertz small-features bench bench-docs bench-contact install check clean
 .DEFAULT_GOAL := help
 
 help:
@@ -15,6 +15,7 @@ help:
 	@echo "make fig5      one of them, with FAST=1 too (then in $(BUILD)/paper-fast): $(PAPER)"
 	@echo "make dissimilar  the paper's second example, sphere and brick against a dense block: runs, plots, table (5 minutes)"
 	@echo "make hertz       steel balls on each other and on a plane against Hertz: runs, plots, table (5 minutes)"
+	@echo "make small-features  a bracket with fillets and holes hits a wall, full meshes against superelements: runs, plots, table (3 minutes)"
 	@echo "make bench     run time against error, reduction, skipping, small features: CSV and plots in $(BUILD)/bench (half an hour; SMOKE=1: seconds)"
 	@echo "make bench-docs  the tables and plots of docs/benchmarks.md from $(BUILD)/bench"
 	@echo "make bench-contact  seconds a step against contact nodes, 100 to 10 000, by phase (5 minutes)"
@@ -60,6 +61,9 @@ hertz: programs
 	cmake --build $(BUILD) --parallel $(JOBS) --target graded-ball
 	$(MAKE) -C tests/cases/hertz check all BIN=$(abspath $(BUILD))/bin
 
+small-features: programs
+	$(MAKE) -C tests/cases/small-features all check BIN=$(abspath $(BUILD))/bin
+
 bench: programs
 	cmake --build $(BUILD) --parallel $(JOBS) --target bench_machine
 	$(MAKE) -C tests/benchmarks all check BIN=$(abspath $(BUILD))/bin BENCH=$(abspath $(BUILD))/tests/benchmarks OUT=$(abspath $(BUILD))/bench$(if $(SMOKE),-smoke) SMOKE=$(SMOKE)
@@ -82,5 +86,6 @@ clean:
 	$(MAKE) -C tests/cases/dissimilar-blocks clean
 	$(MAKE) -C tests/cases/hertz clean
 	$(MAKE) -C tests/cases/sharp-load clean
+	$(MAKE) -C tests/cases/small-features clean
 	$(MAKE) -C tests/cases/decomposition clean
 	$(MAKE) -C tests/cases/paper clean
