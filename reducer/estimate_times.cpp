@@ -10,31 +10,36 @@ namespace cbr {
 namespace {
 
 // Shares of dgemm's rate.
-constexpr double factor_rate = 0.5, solve_rate = 0.2, product_rate = 0.8;
-// Flops per second of the simplicial LDL^T of an inertia count, and above how many (4 x) none is made.
-constexpr double count_rate = 1e9, most_counted = 1e11;
+constexpr double factor_rate = 0.5, solve_rate = 0.5, product_rate = 0.8;
+// Solves of few columns at a time wait for the factor to come from memory; an inertia count.
+constexpr double narrow_solve_rate = 0.15, count_rate = 0.3;
+// Of the 4 nnz(L) flops of a column of constraint modes, as the forward solve skips what K_IC does not reach; and of a second
+// solve.
+constexpr double solved_share = 0.8;
 // Dense eigenproblems, in n^3 flops at dgemm's rate.
 constexpr double dense_standard = 10, dense_general = 20;
 // Block Lanczos: about five solves a mode, and the products that keep the basis orthonormal, in n k^2 flops.
 constexpr double solves_per_mode = 5, orthonormalise = 490;
 
 bool product_is_taken(const DomainEstimate& d, double memory) {
-  return 8 * d.n_interior() * d.c() <= memory && 4 * d.factor_nonzeros / solve_rate >= d.n_interior() * d.c();
+  return 8 * d.n_interior() * d.c() <= memory &&
+         solved_share * 4 * d.factor_nonzeros / solve_rate >= d.n_interior() * d.c() / product_rate;
 }
 
 double modes_seconds(const DomainEstimate& d, double flops) {
   const double n = d.n_interior(), k = static_cast<double>(d.n_candidates);
   if (k == 0 || n == 0) return 0;
   if (dense_is_faster(static_cast<Index>(n), d.n_candidates, d.factor_nonzeros)) return dense_standard * n * n * n / flops;
-  const double count = 4 * d.factor_flops < most_counted ? d.factor_flops / count_rate : 0;
-  return solves_per_mode * 4 * k * d.factor_nonzeros / (solve_rate * flops) + orthonormalise * n * k * k / flops + count;
+  return solves_per_mode * 4 * k * d.factor_nonzeros / (narrow_solve_rate * flops) + orthonormalise * n * k * k / flops +
+         d.factor_flops / (count_rate * flops);
 }
 
 double condensation_seconds(const DomainEstimate& d, double memory, double flops) {
-  const double solves = 4 * d.factor_nonzeros * d.c(), products = 2 * d.n_interior() * d.k() * d.c();
-  if (product_is_taken(d, memory))
-    return solves / (solve_rate * flops) + (products + d.n_interior() * d.c() * d.c()) / (product_rate * flops);
-  return 2 * solves / (solve_rate * flops) + products / (product_rate * flops);
+  const double solves = solved_share * 4 * d.factor_nonzeros * d.c() / (solve_rate * flops);
+  const double coupling =
+      std::min(2 * d.n_interior() * d.k() * d.c() / product_rate, 4 * d.factor_nonzeros * d.k() / solve_rate) / flops;
+  if (product_is_taken(d, memory)) return solves + coupling + d.n_interior() * d.c() * d.c() / (product_rate * flops);
+  return 2 * solves + coupling;
 }
 
 // Dense but for the elimination of the interior: its K is sparse by dense blocks, its M as well.

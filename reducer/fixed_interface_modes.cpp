@@ -14,15 +14,13 @@ namespace {
 
 // Two eigenvalues closer than this are one multiple eigenvalue to the inertia count.
 constexpr double relative_gap = 1e-7;
-// An LDL^T without supernodes runs at about 1 GFlop/s: a count is worth at most a minute or two.
-constexpr double affordable_flops = 1e11;
 // Minutes of dense work and 5 GB, as a last resort.
 constexpr Index largest_dense = 15000;
 
-// Number of eigenvalues of (K, M) below sigma; a shift that hits an eigenvalue is moved up by a hair.
-Index inertia_below(const SparseMatrix& K, const SparseMatrix& M, double sigma) {
+// Number of eigenvalues of (K_II, M_II) below sigma; a shift that hits an eigenvalue is moved up by a hair.
+Index inertia_below(const Partition& p, const SparseCholesky& factor, double sigma) {
   for (int attempt = 0; attempt < 5; ++attempt) {
-    const Index count = negative_inertia(K - sigma * M);
+    const Index count = negative_inertia(p.K_II - sigma * p.M_II, &factor);
     if (count >= 0) return count;
     sigma *= 1 + 1e-10;
   }
@@ -38,10 +36,10 @@ Index last_gap(const Vector& lambda) {
 }
 
 // Modes that the eigensolver missed below its last one; 0 when none is.
-Index n_missed(const Partition& p, const Vector& lambda) {
+Index n_missed(const Partition& p, const SparseCholesky& factor, const Vector& lambda) {
   const Index j = last_gap(lambda);
   const double sigma = j > 0 ? 0.5 * (lambda(j) + lambda(j - 1)) : 0.5 * lambda(0);
-  return inertia_below(p.K_II, p.M_II, sigma) - j;
+  return inertia_below(p, factor, sigma) - j;
 }
 
 FixedInterfaceModes dense_modes(const Partition& p, Index k) {
@@ -53,7 +51,6 @@ FixedInterfaceModes dense_modes(const Partition& p, Index k) {
 
 FixedInterfaceModes sparse_modes(const Partition& p, const SparseCholesky& factor, Index k, Report& report) {
   const Index n = p.n_interior();
-  const bool count = 4 * factor.flops() < affordable_flops;
   Index ncv = 0;
   for (int attempt = 0; attempt < 2; ++attempt) {
     Eigenpairs pairs = sparse_eigenpairs(p.K_II, p.M_II, factor, 0, k, 1e-13, ncv);
@@ -63,8 +60,8 @@ FixedInterfaceModes sparse_modes(const Partition& p, const SparseCholesky& facto
                      std::to_string(pairs.iterations) + " restarts of the eigensolver: ask for a few more or fewer modes");
     }
     report.detail(pairs.method + ": " + std::to_string(pairs.iterations) + " restarts");
-    const bool proven = pairs.method == "lapack" || (count && n_missed(p, pairs.lambda) == 0);
-    if (proven || !count) return {std::move(pairs.lambda), std::move(pairs.Phi), pairs.method, proven};
+    if (pairs.method == "lapack" || n_missed(p, factor, pairs.lambda) == 0)
+      return {std::move(pairs.lambda), std::move(pairs.Phi), pairs.method, true};
     // A larger Krylov space gives the lost copy of a multiple eigenvalue the round-off to grow from.
     ncv = std::min(n, 3 * k + 40);
     report.detail("the inertia count found a missed mode: again with " + std::to_string(ncv) + " Lanczos vectors");
@@ -106,9 +103,9 @@ FixedInterfaceModes fixed_interface_modes(const Partition& partition, const Spar
   return sparse_modes(partition, factor, k, report);
 }
 
-Index count_modes_below(const Partition& partition, double frequency_hz) {
+Index count_modes_below(const Partition& partition, const SparseCholesky& factor, double frequency_hz) {
   const double omega = 2 * std::numbers::pi * frequency_hz;
-  return inertia_below(partition.K_II, partition.M_II, omega * omega);
+  return inertia_below(partition, factor, omega * omega);
 }
 
 }  // namespace cbr

@@ -25,6 +25,6 @@ bool dense_is_faster(Index n, Index k, double factor_nonzeros);
 FixedInterfaceModes fixed_interface_modes(const Partition& partition, const SparseCholesky& factor, Index k, Report& report);
 
 // How many there are below a frequency (Hz), by the inertia of K_II - (2 pi f)^2 M_II.
-Index count_modes_below(const Partition& partition, double frequency_hz);
+Index count_modes_below(const Partition& partition, const SparseCholesky& factor, double frequency_hz);
 
 }  // namespace cbr

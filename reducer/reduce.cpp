@@ -56,7 +56,7 @@ SparseCholesky factorise(Reduction& r) {
   return factor;
 }
 
-Index n_modes_wanted(const Reduction& r) {
+Index n_modes_wanted(const Reduction& r, const SparseCholesky& factor) {
   if (r.options.modes.has_value() == r.options.cutoff_hz.has_value()) {
     throw InputError(r.options.source.text() + ": exactly one of modes and cutoff_hz says how many modes are kept");
   }
@@ -68,11 +68,11 @@ Index n_modes_wanted(const Reduction& r) {
     throw InputError("cutoff_hz: " + std::to_string(*r.options.cutoff_hz) + " found, a positive frequency in Hz is allowed");
   }
   const auto phase = r.report.phase("modes: count below cutoff");
-  return count_modes_below(r.p, *r.options.cutoff_hz);
+  return count_modes_below(r.p, factor, *r.options.cutoff_hz);
 }
 
 FixedInterfaceModes modes_to_compute(Reduction& r, const SparseCholesky& factor) {
-  const Index wanted = n_modes_wanted(r), n_I = r.p.n_interior();
+  const Index wanted = n_modes_wanted(r, factor), n_I = r.p.n_interior();
   if (r.options.pick == "participation") {
     if (!r.options.modes) throw InputError("pick: participation needs `modes`: a cutoff keeps every mode below it");
   } else if (r.options.pick != "frequency") {

@@ -100,7 +100,7 @@ SparseCholesky factorise(const Partition& p) {
       "of that part to the interface, or leave second_reduction out");
 }
 
-Index n_modes_wanted(const Partition& p, const ReductionOptions& options) {
+Index n_modes_wanted(const Partition& p, const SparseCholesky& factor, const ReductionOptions& options) {
   if (options.second_modes) {
     if (*options.second_modes > p.n_interior())
       throw InputError("second_reduction.modes: " + std::to_string(*options.second_modes) +
@@ -108,7 +108,7 @@ Index n_modes_wanted(const Partition& p, const ReductionOptions& options) {
                        " coordinates off the interface: ask for at most that many");
     return *options.second_modes;
   }
-  return p.n_interior() > 0 ? count_modes_below(p, *options.second_cutoff_hz) : 0;
+  return p.n_interior() > 0 ? count_modes_below(p, factor, *options.second_cutoff_hz) : 0;
 }
 
 void describe_interface(const JoinedNodes& joined, const JoinedPlaces& places, Superelement& s) {
@@ -148,7 +148,7 @@ Superelement reduce_again(const SuperelementGroup& group, const std::vector<Inde
   const Partition p = timed("assembly", [&] { return partition_of(group, places); });
   const SparseCholesky factor = timed("factorisation", [&] { return factorise(p); });
   FixedInterfaceModes modes = timed("modes", [&] {
-    f.n_candidates = n_modes_wanted(p, options);
+    f.n_candidates = n_modes_wanted(p, factor, options);
     return fixed_interface_modes(p, factor, f.n_candidates, report);
   });
   CondensationOptions how;

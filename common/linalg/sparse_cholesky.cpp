@@ -15,6 +15,7 @@
 
 #include "common/error.hpp"
 #include "common/linalg/blas_threads.hpp"
+#include "common/linalg/supernodal_inertia.hpp"
 #include "common/parallel.hpp"
 #include "common/program.hpp"
 
@@ -320,30 +321,22 @@ FactorCost factor_cost(const SparseMatrix& nodes, Index dofs) {
   return cost;
 }
 
-Index negative_inertia(const SparseMatrix& A) {
+Index negative_inertia(const SparseMatrix& A, const SparseCholesky* like) {
   if (A.rows() == 0) return 0;
   if (!A.isCompressed()) {
     SparseMatrix compressed = A;
     compressed.makeCompressed();
-    return negative_inertia(compressed);
+    return negative_inertia(compressed, like);
   }
-  Cholmod cholmod(CHOLMOD_SIMPLICIAL);
-  cholmod.common.quick_return_if_not_posdef = false;
-  cholmod.factorize(A);
-  if (cholmod.L->minor < cholmod.L->n) return -1;
-  // D stands in the place of L's unit diagonal.
-  const auto* p = static_cast<const Index*>(cholmod.L->p);
-  const auto* D = static_cast<const double*>(cholmod.L->x);
-  const double scale = A.diagonal().cwiseAbs().maxCoeff();
-  const Vector diagonal = A.diagonal();
-  Index count = 0;
-  for (std::size_t j = 0; j < cholmod.L->n; ++j) {
-    const double d = D[p[j]];
-    const double reference = std::max(std::abs(diagonal(cholmod.permutation()[j])), std::numeric_limits<double>::epsilon() * scale);
-    if (!(std::abs(d) > vanishing_pivot * reference)) return -1;
-    count += d < 0;
+  if (like != nullptr && like->ok()) {
+    const auto count = count_negative_pivots(like->tree(), A, vanishing_pivot);
+    if (count) return *count;
   }
-  return count;
+  Cholmod cholmod(CHOLMOD_SUPERNODAL);
+  cholmod.analyze(A);
+  const auto count = count_negative_pivots(SupernodeTree(cholmod.view()), A, vanishing_pivot);
+  assert(count);
+  return *count;
 }
 
 }  // namespace cbr

@@ -57,7 +57,8 @@ FactorCost factor_cost(const SparseMatrix& nodes, Index dofs);
 
 // Number of negative pivots of L D L^T = A, by Sylvester the number of eigenvalues below zero; -1 when a pivot vanished, which
 // for A = K - sigma M means that sigma is an eigenvalue (to round-off) or that the order of elimination met a singular leading
-// part: move sigma a little.
-Index negative_inertia(const SparseMatrix& A);
+// part: move sigma a little. Costs about as much as a factorisation. `like`: the factor of a matrix with (at least) the pattern of
+// A, whose order of elimination then serves; where A has an entry that it lacks a new order is found.
+Index negative_inertia(const SparseMatrix& A, const SparseCholesky* like = nullptr);
 
 }  // namespace cbr

@@ -49,7 +49,7 @@ SupernodeTree::SupernodeTree(const SupernodalFactor& factor)
     const Index row = factor.rows[factor.pi[s] + factor.columns(s)];
     parent_[static_cast<std::size_t>(s)] = supernode_of_[static_cast<std::size_t>(row)];
   }
-  invert_tiles();
+  if (factor.x != nullptr) invert_tiles();
 }
 
 void SupernodeTree::invert_tiles() {

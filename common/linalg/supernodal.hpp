@@ -8,9 +8,9 @@
 
 namespace cbr {
 
-// P A P^T = L L^T by supernodes: columns super[s] .. super[s + 1] - 1 of L share the rows rows[pi[s]] .. rows[pi[s + 1] - 1], of
-// which the first are these columns themselves; their values stand column by column from x[px[s]] on. A view: whoever made it owns
-// it.
+// P A P^T = L L^T by supernodes, in postorder: columns super[s] .. super[s + 1] - 1 of L share the rows rows[pi[s]] .. rows[pi[s +
+// 1] - 1], of which the first are these columns themselves; their values stand column by column from x[px[s]] on (x is null: the
+// pattern alone). A view: whoever made it owns it.
 struct SupernodalFactor {
   Index n = 0, n_super = 0;
   const Index *super = nullptr, *pi = nullptr, *px = nullptr, *rows = nullptr;
@@ -39,6 +39,7 @@ class SupernodeTree {
   // zero elsewhere, and all that L^-T y needs where only these rows of it are wanted (Gilbert, Liu 1993, doi 10.1137/0614019).
   SupernodeSet reach(const std::vector<Index>& rows) const;
   const SupernodeSet& all() const { return all_; }
+  Index parent(Index s) const { return parent_[static_cast<std::size_t>(s)]; }  // -1: a root
 
   // The diagonal blocks of L are solved with through the inverses of their own diagonal tiles, as products run at three times the
   // rate of dtrsm on few columns. A triangular inverse leaves a residual as small as substitution does (Higham 2002, 14.2).

@@ -112,6 +112,26 @@ TEST(NegativeInertia, CountsEigenvaluesBelowAShift) {
   }
 }
 
+TEST(NegativeInertia, TakesTheOrderOfAFactorWhereItsPatternSuffices) {
+  // Large enough for fronts of several blocks of pivots and for subtrees of several threads.
+  const Index N = 13;
+  const SparseMatrix K = grid_stiffness(N, true);
+  const Vector lambda = grid_eigenvalues(N, true);
+  const SparseCholesky factor(K);
+  SparseMatrix I(K.rows(), K.rows());
+  I.setIdentity();
+  for (const double sigma : {0.2, 1.234, 5.4321}) {
+    const Index count = (lambda.array() < sigma).count();
+    EXPECT_EQ(negative_inertia(K - sigma * I, &factor), count) << sigma;
+    // An entry that K has not: far below the gap around sigma, so that the count is the same.
+    SparseMatrix other = K - sigma * I;
+    other.coeffRef(K.rows() - 1, 0) = 1e-12;
+    other.coeffRef(0, K.rows() - 1) = 1e-12;
+    other.makeCompressed();
+    EXPECT_EQ(negative_inertia(other, &factor), count) << sigma;
+  }
+}
+
 TEST(NegativeInertia, SaysWhenAPivotVanishes) {
   EXPECT_EQ(negative_inertia(diagonal_matrix(Vector::LinSpaced(5, -2, 2))), -1);
   EXPECT_EQ(negative_inertia(diagonal_matrix(Vector::Zero(3))), -1);

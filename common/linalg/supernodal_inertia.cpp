@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "common/linalg/supernodal_inertia.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cassert>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "common/linalg/blas_threads.hpp"
+#include "common/parallel.hpp"
+#include "common/program.hpp"
+
+namespace cbr {
+namespace {
+
+// Pivots eliminated one by one before a product takes over; columns of a product with one triangle of its result.
+constexpr Index pivot_block = 32, update_block = 192;
+
+// P A P^T, lower triangle by columns.
+SparseMatrix permuted_lower(const SparseMatrix& A, const Index* order) {
+  const Index n = A.rows();
+  std::vector<Index> place(static_cast<std::size_t>(n)), next(static_cast<std::size_t>(n) + 1, 0);
+  for (Index i = 0; i < n; ++i) place[static_cast<std::size_t>(order[i])] = i;
+  const auto each = [&](auto action) {
+    for (Index c = 0; c < n; ++c) {
+      for (SparseMatrix::InnerIterator it(A, c); it; ++it) {
+        if (it.row() < c || it.value() == 0) continue;
+        const Index i = place[static_cast<std::size_t>(it.row())], j = place[static_cast<std::size_t>(c)];
+        action(std::max(i, j), std::min(i, j), it.value());
+      }
+    }
+  };
+  each([&](Index, Index j, double) { ++next[static_cast<std::size_t>(j) + 1]; });
+  for (std::size_t j = 1; j < next.size(); ++j) next[j] += next[j - 1];
+  SparseMatrix B(n, n);
+  B.resizeNonZeros(next.back());
+  std::copy(next.begin(), next.end(), B.outerIndexPtr());
+  each([&](Index i, Index j, double value) {
+    const Index k = next[static_cast<std::size_t>(j)]++;
+    B.innerIndexPtr()[k] = i;
+    B.valuePtr()[k] = value;
+  });
+  return B;
+}
+
+// A - L W^T on the lower triangle of A (m x m), in blocks of columns.
+void subtract_lower(const Eigen::Ref<const Matrix>& L, const Eigen::Ref<const Matrix>& W, Eigen::Ref<Matrix> A) {
+  const Index m = A.rows();
+  for (Index j = 0; j < m; j += update_block) {
+    const Index columns = std::min(update_block, m - j);
+    A.block(j, j, m - j, columns).noalias() -= L.bottomRows(m - j) * W.middleRows(j, columns).transpose();
+  }
+}
+
+// A = L D L^T of a small block, in place: D on the diagonal, L below it. False at a pivot below its limit.
+bool eliminate(Eigen::Ref<Matrix> A, const double* limit) {
+  const Index n = A.rows();
+  for (Index k = 0; k < n; ++k) {
+    const double d = A(k, k);
+    if (!(std::abs(d) > limit[k])) return false;
+    for (Index j = k + 1; j < n; ++j) {
+      const double l = A(j, k) / d;
+      for (Index i = j; i < n; ++i) A(i, j) -= l * A(i, k);
+    }
+    for (Index i = k + 1; i < n; ++i) A(i, k) /= d;
+  }
+  return true;
+}
+
+class Counter {
+ public:
+  Counter(const SupernodeTree& tree, const SparseMatrix& A, double vanishing)
+      : tree_(tree), f_(tree.factor()), A_(permuted_lower(A, f_.order)), updates_(static_cast<std::size_t>(f_.n_super)) {
+    limit_.resize(static_cast<std::size_t>(f_.n), 0.0);
+    double scale = 0;
+    for (Index j = 0; j < f_.n; ++j) {
+      for (SparseMatrix::InnerIterator it(A_, j); it; ++it)
+        if (it.row() == j) limit_[static_cast<std::size_t>(j)] = std::abs(it.value());
+      scale = std::max(scale, limit_[static_cast<std::size_t>(j)]);
+    }
+    for (double& limit : limit_) limit = vanishing * std::max(limit, std::numeric_limits<double>::epsilon() * scale);
+    children_.resize(static_cast<std::size_t>(f_.n_super));
+    for (Index s = 0; s < f_.n_super; ++s)
+      if (tree.parent(s) >= 0) children_[static_cast<std::size_t>(tree.parent(s))].push_back(s);
+  }
+
+  std::optional<Index> run() {
+    plan();
+    std::atomic<std::size_t> next{0};
+    {
+      const SingleThreadedBlas blas;
+      run_threads(n_threads(), [&](int) {
+        std::vector<Index> position(static_cast<std::size_t>(f_.n), -1);
+        for (std::size_t i = next++; i < subtrees_.size() && fine(); i = next++)
+          for (Index s = subtrees_[i].first; s <= subtrees_[i].last && fine(); ++s) front(s, position);
+      });
+    }
+    // Few and large: here BLAS's own threads have enough to do.
+    std::vector<Index> position(static_cast<std::size_t>(f_.n), -1);
+    for (const Index s : top_)
+      if (fine()) front(s, position);
+    if (foreign_) return std::nullopt;
+    return vanished_ ? Index{-1} : negative_.load();
+  }
+
+ private:
+  struct Subtree {
+    Index first, last;
+  };
+
+  bool fine() const { return !vanished_ && !foreign_; }
+
+  // In postorder a subtree is a range of supernodes that ends with its root.
+  void plan() {
+    std::vector<double> work(static_cast<std::size_t>(f_.n_super), 0.0);
+    std::vector<Index> first(work.size());
+    double total = 0;
+    for (Index s = 0; s < f_.n_super; ++s) {
+      const auto i = static_cast<std::size_t>(s);
+      const auto height = static_cast<double>(f_.height(s)), below = height - static_cast<double>(f_.columns(s));
+      const double own = height * height * height - below * below * below;
+      total += own;
+      work[i] += own;
+      first[i] = s;
+      for (const Index child : children_[i]) {
+        work[i] += work[static_cast<std::size_t>(child)];
+        first[i] = std::min(first[i], first[static_cast<std::size_t>(child)]);
+      }
+    }
+    const double most = total / 8;
+    for (Index s = 0; s < f_.n_super; ++s) {
+      const auto i = static_cast<std::size_t>(s);
+      if (work[i] > most) {
+        top_.push_back(s);
+      } else if (tree_.parent(s) < 0 || work[static_cast<std::size_t>(tree_.parent(s))] > most) {
+        subtrees_.push_back({first[i], s});
+      }
+    }
+    Index covered = static_cast<Index>(top_.size());
+    for (const Subtree& subtree : subtrees_) covered += subtree.last - subtree.first + 1;
+    if (covered == f_.n_super) return;
+    // Not in postorder after all: one after another, as children always come before their parents.
+    subtrees_.clear();
+    top_.resize(static_cast<std::size_t>(f_.n_super));
+    std::iota(top_.begin(), top_.end(), Index{0});
+  }
+
+  // The frontal matrix of a supernode, its pivots eliminated; what is left of it waits for the parent.
+  void front(Index s, std::vector<Index>& position) {
+    const Index height = f_.height(s), columns = f_.columns(s), below = height - columns;
+    const Index* rows = f_.rows + f_.pi[s];
+    for (Index i = 0; i < height; ++i) position[static_cast<std::size_t>(rows[i])] = i;
+    Matrix F = Matrix::Zero(height, columns), rest = Matrix::Zero(below, below);
+    assemble(s, position, F);
+    for (const Index child : children_[static_cast<std::size_t>(s)]) extend_add(child, position, F, rest);
+    for (Index i = 0; i < height; ++i) position[static_cast<std::size_t>(rows[i])] = -1;
+    if (!fine() || !eliminate_columns(f_.first(s), F)) return;
+    if (below == 0) return;
+    // rest <- rest - L_2 D L_2^T
+    const Matrix W = F.bottomRows(below) * F.diagonal().asDiagonal();
+    subtract_lower(F.bottomRows(below), W, rest);
+    updates_[static_cast<std::size_t>(s)] = std::move(rest);
+  }
+
+  void assemble(Index s, const std::vector<Index>& position, Matrix& F) {
+    for (Index j = 0; j < F.cols(); ++j) {
+      for (SparseMatrix::InnerIterator it(A_, f_.first(s) + j); it; ++it) {
+        const Index i = position[static_cast<std::size_t>(it.row())];
+        if (i < 0) {
+          foreign_ = true;
+          return;
+        }
+        F(i, j) += it.value();
+      }
+    }
+  }
+
+  void extend_add(Index child, const std::vector<Index>& position, Matrix& F, Matrix& rest) {
+    Matrix U = std::move(updates_[static_cast<std::size_t>(child)]);
+    updates_[static_cast<std::size_t>(child)].resize(0, 0);
+    const Index* rows = f_.rows + f_.pi[child] + f_.columns(child);
+    const Index columns = F.cols(), m = U.rows();
+    std::vector<Index> to(static_cast<std::size_t>(m));
+    for (Index i = 0; i < m; ++i) to[static_cast<std::size_t>(i)] = position[static_cast<std::size_t>(rows[i])];
+    for (Index j = 0; j < m; ++j) {
+      const Index column = to[static_cast<std::size_t>(j)];
+      double* into = column < columns ? F.col(column).data() : rest.col(column - columns).data() - columns;
+      for (Index i = j; i < m; ++i) into[to[static_cast<std::size_t>(i)]] += U(i, j);
+    }
+  }
+
+  // F = L D over the pivots, block by block: D on the diagonal, L below it.   (height x columns)
+  bool eliminate_columns(Index first, Matrix& F) {
+    const Index height = F.rows(), columns = F.cols();
+    Vector D(columns);
+    Matrix W;
+    for (Index j = 0; j < columns; j += pivot_block) {
+      const Index size = std::min(pivot_block, columns - j), left = height - j - size;
+      if (j > 0) {
+        // what the pivots before have left: A - L (L D)^T
+        W = F.block(j, 0, size, j) * D.head(j).asDiagonal();
+        F.block(j, j, height - j, size).noalias() -= F.bottomLeftCorner(height - j, j) * W.transpose();
+      }
+      auto pivots = F.block(j, j, size, size);
+      if (!eliminate(pivots, limit_.data() + first + j)) {
+        vanished_ = true;
+        return false;
+      }
+      D.segment(j, size) = pivots.diagonal();
+      if (left > 0) {
+        // L <- A L_1^-T D^-1
+        auto L = F.block(j + size, j, left, size);
+        pivots.triangularView<Eigen::UnitLower>().transpose().solveInPlace<Eigen::OnTheRight>(L);
+        L *= D.segment(j, size).cwiseInverse().asDiagonal();
+      }
+    }
+    negative_ += (D.array() < 0).count();
+    return true;
+  }
+
+  const SupernodeTree& tree_;
+  const SupernodalFactor& f_;
+  SparseMatrix A_;
+  std::vector<double> limit_;                 // per pivot
+  std::vector<std::vector<Index>> children_;  // per supernode, ascending
+  std::vector<Matrix> updates_;               // lower triangles
+  std::vector<Subtree> subtrees_;
+  std::vector<Index> top_;
+  std::atomic<Index> negative_{0};
+  std::atomic<bool> vanished_{false}, foreign_{false};
+};
+
+}  // namespace
+
+std::optional<Index> count_negative_pivots(const SupernodeTree& tree, const SparseMatrix& A, double vanishing) {
+  assert(A.rows() == tree.factor().n);
+  return Counter(tree, A, vanishing).run();
+}
+
+}  // namespace cbr
