@@ -162,6 +162,8 @@ void condense_and_keep(Reduction& r, Superelement& s) {
     r.figures.factor_nonzeros = factor.n_nonzeros();
     r.figures.factor_flops = factor.flops();
     modes = modes_to_compute(r, factor);
+    // From here on only its factor is needed, and the space may be.
+    r.p.K_II = SparseMatrix(r.p.n_interior(), r.p.n_interior());
     CondensationOptions options;
     options.memory = r.settings.memory > 0 ? r.settings.memory : half_of_memory();
     options.way = r.settings.way;

@@ -239,4 +239,18 @@ std::optional<Index> count_negative_pivots(const SupernodeTree& tree, const Spar
   return Counter(tree, A, vanishing).run();
 }
 
+double front_bytes(const SupernodeTree& tree) {
+  const SupernodalFactor& f = tree.factor();
+  std::vector<double> waiting(static_cast<std::size_t>(f.n_super), 0.0);  // updates of the children
+  double held = 0, most = 0;
+  for (Index s = 0; s < f.n_super; ++s) {
+    const auto columns = static_cast<double>(f.columns(s)), below = static_cast<double>(f.height(s)) - columns;
+    const double update = 8 * below * below;
+    most = std::max(most, held + update + 8 * (columns + 2 * below) * columns);
+    held += update - waiting[static_cast<std::size_t>(s)];
+    if (tree.parent(s) >= 0) waiting[static_cast<std::size_t>(tree.parent(s))] += update;
+  }
+  return most;
+}
+
 }  // namespace cbr

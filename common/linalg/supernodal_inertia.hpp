@@ -14,4 +14,7 @@ namespace cbr {
 // the figure and the work do not depend on the number of threads.
 std::optional<Index> count_negative_pivots(const SupernodeTree& tree, const SparseMatrix& A, double vanishing);
 
+// Bytes that the fronts of such a count take at the most, one thread working.
+double front_bytes(const SupernodeTree& tree);
+
 }  // namespace cbr

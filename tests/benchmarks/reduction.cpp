@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Reduction of the paper's T1 block, (a) x_max with 80 modes and (c) the whole surface with 500: time by phase, peak memory, and
-// the rate of the dense phases beside that of dgemm in the same run. Arguments: refinement r (20r x 10r x 15r hexes; below 1 for
-// a smoke run), then cases out of "ac". Writes CSV to stdout.
+// Reductions of blocks by phase: seconds, flops, the least bytes to and from memory, the rate and its share of that of dgemm in the
+// same run, peak memory. CSV to stdout. Arguments, in any order: memory=BYTES for Psi and its panels (what --memory is to
+// cbr-reduce), and cases: T1a (the paper's block, x_max, 80 modes), T1c (its whole surface, 500 modes), or
+// NXxNYxNZ:SET:MODES, a block of so many hexes with that side or `surface` as interface, such as 44x44x163:z_max:50.
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <string>
+#include <vector>
 
 #include "common/program.hpp"
 #include "reducer/reduce.hpp"
@@ -15,6 +18,11 @@
 namespace {
 
 using cbr::Index;
+
+struct Case {
+  std::string name, set;
+  Index nx = 0, ny = 0, nz = 0, modes = 0;
+};
 
 double dgemm_rate(Index n) {
   const cbr::Matrix A = cbr::Matrix::Constant(n, n, 0.5), B = cbr::Matrix::Constant(n, n, 0.25);
@@ -29,37 +37,80 @@ double dgemm_rate(Index n) {
   return C(0, 0) > 0 ? best : 0;
 }
 
-void run(const std::string& name, const cbr::Mesh& mesh, const std::string& set, Index modes, double dgemm) {
+struct Work {
+  const char* phase;
+  double flops, bytes;
+};
+
+// Of the modes and of the diagonal form what they take at the least: one solve a mode; LAPACK's counts.
+std::vector<Work> work_of(const cbr::ReductionFigures& f, double c, double k) {
+  const double n = c + k, reads = f.way == cbr::CondensationWay::second_solve ? 4 : 2;
+  return {{"assembly", 0, 0},
+          {"factorisation", f.factor_flops, 8 * f.factor_nonzeros},
+          {"fixed-interface modes", 4 * f.factor_nonzeros * static_cast<double>(f.n_candidates), 16 * f.factor_nonzeros},
+          {"condensation", f.solve_flops + f.product_flops,
+           reads * 8 * f.factor_nonzeros * std::ceil(c / static_cast<double>(std::max<Index>(f.panel, 1))) + 16 * c * c},
+          {"diagonal form", 20.0 / 3 * n * n * n, 4.0 / 3 * n * n * n}};
+}
+
+void run(const Case& what, double memory, double dgemm) {
   cbr::ReductionOptions options;
-  options.interface_sets = {set};
-  options.modes = modes;
+  options.interface_sets = {what.set};
+  options.modes = what.modes;
+  cbr::ReduceSettings settings;
+  settings.memory = memory;
   cbr::Report report("reduction", cbr::Verbosity::quiet);
   cbr::ReductionFigures f;
-  const cbr::Superelement s =
-      cbr::reduce(mesh, cbr::test::properties(mesh, cbr::test::paper_steel()), cbr::MassKind::lumped, options, {}, report, &f);
-  for (const char* phase : {"assembly", "factorisation", "fixed-interface modes", "condensation", "diagonal form"}) {
-    std::printf("%s,%lld,%lld,%lld,%s,%.3f\n", name.c_str(), static_cast<long long>(f.n_dofs), static_cast<long long>(s.c()),
-                static_cast<long long>(s.k()), phase, report.seconds(phase));
+  constexpr double h = 2.54e-3;
+  const auto length = [](Index n) { return h * static_cast<double>(n); };
+  const cbr::Mesh mesh =
+      cbr::test::box_mesh({{what.nx, what.ny, what.nz}, {length(what.nx), length(what.ny), length(what.nz)}, {0, 0, 0}, 0});
+  const cbr::Superelement s = cbr::reduce(mesh, cbr::test::properties(mesh, cbr::test::paper_steel()), cbr::MassKind::lumped,
+                                          options, settings, report, &f);
+  for (const Work& w : work_of(f, static_cast<double>(s.c()), static_cast<double>(s.k()))) {
+    const double seconds = report.seconds(w.phase);
+    if (seconds == 0) continue;
+    std::printf("%s,%lld,%lld,%lld,%.4g,%s,%.3f,%.4g,%.4g,%.4g,%.3f,%s,%.4g\n", what.name.c_str(), static_cast<long long>(f.n_dofs),
+                static_cast<long long>(s.c()), static_cast<long long>(s.k()), f.factor_nonzeros, w.phase, seconds, w.flops, w.bytes,
+                1e-9 * w.flops / seconds, w.flops / seconds / dgemm,
+                f.way == cbr::CondensationWay::second_solve ? "second solve" : "product", cbr::peak_memory_bytes());
   }
-  std::printf("# %s: factor %.3g nnz, %.2f GFlop, %.1f GFlop/s; modes by %s\n", name.c_str(), f.factor_nonzeros,
-              1e-9 * f.factor_flops, 1e-9 * f.factor_flops / report.seconds("factorisation"), f.mode_method.c_str());
-  std::printf("# %s: condensation %.2f GFlop in solves, %.2f in products, %.1f GFlop/s; dgemm %.1f GFlop/s; peak memory %s\n",
-              name.c_str(), 1e-9 * f.solve_flops, 1e-9 * f.product_flops,
-              1e-9 * (f.solve_flops + f.product_flops) / report.seconds("condensation"), 1e-9 * dgemm,
-              cbr::human_bytes(cbr::peak_memory_bytes()).c_str());
   std::fflush(stdout);
+}
+
+bool parse(const std::string& text, Case& result) {
+  if (text == "T1a") return result = {text, "x_max", 20, 10, 15, 80}, true;
+  if (text == "T1c") return result = {text, "surface", 20, 10, 15, 500}, true;
+  long long n[4] = {};
+  char set[32] = {};
+  if (std::sscanf(text.c_str(), "%lldx%lldx%lld:%31[a-z_]:%lld", &n[0], &n[1], &n[2], set, &n[3]) != 5) return false;
+  result = {text, set, n[0], n[1], n[2], n[3]};
+  return std::min({n[0], n[1], n[2]}) > 0 && n[3] >= 0;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  const double r = argc > 1 ? std::atof(argv[1]) : 1;
-  const std::string cases = argc > 2 ? argv[2] : "a";
-  const auto elements = [&](double n) { return std::max<Index>(1, static_cast<Index>(r * n + 0.5)); };
-  const cbr::Mesh mesh = cbr::test::box_mesh(cbr::test::paper_block(elements(20), elements(10), elements(15)));
-  const double dgemm = dgemm_rate(r < 1 ? 200 : 3000);
-  std::printf("case,dofs,interface,modes,phase,seconds\n");
-  if (cases.find('a') != std::string::npos) run("T1a", mesh, "x_max", r < 1 ? 5 : 80, dgemm);
-  if (cases.find('c') != std::string::npos) run("T1c", mesh, "surface", r < 1 ? 5 : 500, dgemm);
+  std::vector<Case> cases;
+  double memory = 0;
+  Index largest = 0;
+  for (int i = 1; i < argc; ++i) {
+    const std::string text = argv[i];
+    Case next;
+    if (text.rfind("memory=", 0) == 0) {
+      memory = std::atof(text.c_str() + 7);
+    } else if (parse(text, next)) {
+      cases.push_back(next);
+      largest = std::max(largest, next.nx * next.ny * next.nz);
+    } else {
+      std::fprintf(stderr, "bench_reduction: '%s' is none of T1a, T1c, NXxNYxNZ:SET:MODES, memory=BYTES\n", argv[i]);
+      return 2;
+    }
+  }
+  if (cases.empty()) cases.push_back({"T1a", "x_max", 20, 10, 15, 80}), largest = 3000;
+  const double dgemm = dgemm_rate(largest < 1000 ? 200 : 3000);
+  std::printf("# dgemm %.1f GFlop/s\n", 1e-9 * dgemm);
+  std::printf("case,dofs,interface,modes,factor_nonzeros,phase,seconds,flops,bytes,gflops,share_of_dgemm,way,peak_memory\n");
+  for (const Case& c : cases) run(c, memory, dgemm);
   return 0;
 }
