@@ -51,6 +51,16 @@ std::string table_row(const std::string& kind, const std::string& name, double v
   return kind + "," + name + "," + number_text(value) + "\n";
 }
 
+constexpr const char* table_header = "kind,name,value";
+
+// A mistyped --timings would cost the user a scene, a mesh or the results.
+void refuse_to_replace(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  std::string line;
+  if (!in || !std::getline(in, line) || line == table_header) return;
+  throw InputError(file.string() + ": is there and is no table of timings: give --timings another name");
+}
+
 void add(std::vector<std::pair<std::string, double>>& sums, const std::string& name, double amount) {
   for (auto& [known, sum] : sums) {
     if (known != name) continue;
@@ -68,7 +78,9 @@ Report::Report(std::string program, Verbosity verbosity, std::filesystem::path t
       timings_file_(std::move(timings_file)),
       start_(Clock::now()),
       last_progress_() {
-  if (!timings_file_.empty()) const TemporaryFile probe(timings_file_);
+  if (timings_file_.empty()) return;
+  refuse_to_replace(timings_file_);
+  const TemporaryFile probe(timings_file_);
 }
 
 void Report::line(const std::string& text) {
@@ -130,9 +142,10 @@ void Report::timings() {
 
 void Report::write_timings() const {
   if (timings_file_.empty()) return;
+  refuse_to_replace(timings_file_);  // the run itself may have written it
   TemporaryFile file(timings_file_);
   std::ofstream out(file.path());
-  out << "kind,name,value\n";
+  out << table_header << "\n";
   for (const auto& [name, total] : phases_) out << table_row("phase", name, total);
   out << table_row("phase", "total", seconds_since(start_));
   for (const auto& [name, sum] : counts_) out << table_row("count", name, sum);

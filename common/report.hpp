@@ -17,7 +17,8 @@ enum class Verbosity { quiet, normal, verbose };
 
 class Report {
  public:
-  // `timings_file`: what --timings names, empty for none. InputError when no file can be written there: said before the work.
+  // `timings_file`: what --timings names, empty for none. InputError, before the work: no file can be written there, or
+  // one is there that is no table of timings.
   Report(std::string program, Verbosity verbosity, std::filesystem::path timings_file = {});
 
   void line(const std::string& text);     // not when quiet
@@ -50,7 +51,8 @@ class Report {
 
   // Wall time by phase, total, peak memory.
   void timings();
-  // The same and the counts to the file that --timings names, if any (docs/formats.md). RunError when the disk refuses.
+  // The same and the counts to the file that --timings names, if any (docs/formats.md). InputError as above. RunError when the disk
+  // refuses.
   void write_timings() const;
 
  private:

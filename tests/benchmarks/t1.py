@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The paper's block impact (T1) on 20 r x 10 r x 15 r hexes: run time against error, all rivals in turns."""
+import os
 import pathlib
 import subprocess
 
@@ -91,6 +92,7 @@ def errors(results):
 
 class Case:
     """One rival on one mesh."""
+    reduced = {}  # superelement -> how its reduction by this process ended
 
     def __init__(self, r, rival, hexes, folder, bin_dir):
         self.r, self.rival, self.hexes, self.folder, self.bin_dir = r, rival, hexes, folder, bin_dir
@@ -108,12 +110,18 @@ class Case:
         (self.folder / f"{self.stem}.yaml").write_text(text)
 
     def reduce(self):
-        """Seconds and counts of cbr-reduce, run once for each superelement; None for the mesh."""
+        """Seconds and counts of cbr-reduce, run once for each superelement, with REUSE=1 only when there is none; None for the mesh."""
         if self.is_mesh:
             return None
-        table = self.folder / f"{self.superelement}.csv"
-        if not table.exists() or not (self.folder / self.superelement).exists():
-            run(self.bin_dir, "cbr-reduce", f"{self.stem}.yaml", folder=self.folder, timings=table.name)
+        target, table = self.folder / self.superelement, self.folder / f"{self.superelement}.csv"
+        reuse = os.environ.get("REUSE", "") not in ("", "0") and target.exists() and table.exists()
+        if target not in Case.reduced and not reuse:
+            try:
+                Case.reduced[target] = run(self.bin_dir, "cbr-reduce", f"{self.stem}.yaml", "--force", folder=self.folder, timings=table.name)
+            except Refused as error:
+                Case.reduced[target] = error
+        if isinstance(Case.reduced.get(target), Refused):
+            raise Case.reduced[target]
         return read_table(table)
 
     def dyn(self):

@@ -88,6 +88,18 @@ TEST(Report, timingsThatCannotBeWrittenAreSaidAtTheStart) {
   EXPECT_THROW(Report("cbr-test", Verbosity::quiet, folder / "missing" / "timings.csv"), InputError);
 }
 
+TEST(Report, timingsReplaceNothingButTimings) {
+  const test::TemporaryFolder folder;
+  const auto scene = folder / "impact.yaml", timings = folder / "timings.csv";
+  test::write_bytes(scene, "materials: {}\n");
+  EXPECT_THROW(Report("cbr-test", Verbosity::quiet, scene), InputError);
+  for (int i = 0; i < 2; ++i) Report("cbr-test", Verbosity::quiet, timings).write_timings();
+  Report report("cbr-test", Verbosity::quiet, folder / "results.h5");
+  test::write_bytes(folder / "results.h5", "results\n");  // of the run itself
+  EXPECT_THROW(report.write_timings(), InputError);
+  EXPECT_EQ(test::bytes_of(folder / "results.h5") + test::bytes_of(scene), "results\nmaterials: {}\n");
+}
+
 TEST(Report, memoryIsThatOfThisProcess) {
   const double before = peak_memory_bytes();
   EXPECT_GT(before, 1e6);
