@@ -10,7 +10,8 @@ import t1
 
 COLUMNS = ["row", "seconds", "threads", "rms_percent", "rms_percent_of_half_speed", "outputs", "left_velocity", "right_velocity", "note"]
 # Name of the row, arguments of deck.py
-RUNS = {"explicit, face to face": ["--method", "explicit", "--contact", "face"]}
+RUNS = {"explicit, face to face": ["--method", "explicit", "--contact", "face"],
+        "explicit, face to face, 24 outputs": ["--method", "explicit", "--contact", "face", "--outputs", "24"]}
 LIMIT = 1800  # seconds
 
 

@@ -106,9 +106,9 @@ def target_table(out):
         good = row["rms_percent"] <= 0.2 and abs(row["difference_percent"]) <= 0.5
         lines.append(["rms 0.2 % on 170 dofs (of the quarter block: 548 of the block), energy that of the projected full mesh to 0.5 %",
                       f"rms {number(row['rms_percent'])} % of 3810 m/s x 4.25 us, energy off by {number(row['difference_percent'], 2)} %", yes_no(good)])
-    features = [row for row in read_csv(out / "features.csv") if isinstance(row.get("seconds_ratio"), float)]
+    features = [row for row in read_csv(out / "features.csv") if isinstance(row.get("seconds_ratio"), float) and row["rms"] < 0.01]
     fastest = max(features, key=lambda row: row["seconds_ratio"], default=None)
-    lines.append(["part with small features: 100 times faster", f"{number(fastest['seconds_ratio'])} times, rms {number(100 * fastest['rms'])} % ({fastest['run']})" if fastest
+    lines.append(["part with small features: 100 times faster, rms below 1 % of the full mesh on the same elements", f"{number(fastest['seconds_ratio'])} times, rms {number(100 * fastest['rms'])} % ({fastest['run']})" if fastest
                   else "not measured", yes_no(fastest and fastest["seconds_ratio"] >= 100)])
     for row in read_csv(out / "skipping.csv"):
         if isinstance(row.get("ratio"), float):
