@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Reductions of blocks by phase: seconds, flops, the least bytes to and from memory, the rate and its share of that of dgemm in the
-// same run, peak memory. CSV to stdout. Arguments, in any order: memory=BYTES for Psi and its panels (what --memory is to
-// cbr-reduce), and cases: T1a (the paper's block, x_max, 80 modes), T1c (its whole surface, 500 modes), or
+// same run, peak memory. CSV to stdout. Arguments, in any order: memory=BYTES for Psi and its panels and diagonal=N, as --memory
+// and
+// --diagonal-limit of cbr-reduce, and cases: T1a (the paper's block, x_max, 80 modes), T1c (its whole surface, 500 modes), or
 // NXxNYxNZ:SET:MODES, a block of so many hexes with that side or `surface` as interface, such as 44x44x163:z_max:50.
 #include <algorithm>
 #include <chrono>
@@ -53,12 +54,10 @@ std::vector<Work> work_of(const cbr::ReductionFigures& f, double c, double k) {
           {"diagonal form", 20.0 / 3 * n * n * n, 4.0 / 3 * n * n * n}};
 }
 
-void run(const Case& what, double memory, double dgemm) {
+void run(const Case& what, const cbr::ReduceSettings& settings, double dgemm) {
   cbr::ReductionOptions options;
   options.interface_sets = {what.set};
   options.modes = what.modes;
-  cbr::ReduceSettings settings;
-  settings.memory = memory;
   cbr::Report report("reduction", cbr::Verbosity::quiet);
   cbr::ReductionFigures f;
   constexpr double h = 2.54e-3;
@@ -92,18 +91,20 @@ bool parse(const std::string& text, Case& result) {
 
 int main(int argc, char** argv) {
   std::vector<Case> cases;
-  double memory = 0;
+  cbr::ReduceSettings settings;
   Index largest = 0;
   for (int i = 1; i < argc; ++i) {
     const std::string text = argv[i];
     Case next;
     if (text.rfind("memory=", 0) == 0) {
-      memory = std::atof(text.c_str() + 7);
+      settings.memory = std::atof(text.c_str() + 7);
+    } else if (text.rfind("diagonal=", 0) == 0) {
+      settings.diagonal_limit = std::atoll(text.c_str() + 9);
     } else if (parse(text, next)) {
       cases.push_back(next);
       largest = std::max(largest, next.nx * next.ny * next.nz);
     } else {
-      std::fprintf(stderr, "bench_reduction: '%s' is none of T1a, T1c, NXxNYxNZ:SET:MODES, memory=BYTES\n", argv[i]);
+      std::fprintf(stderr, "bench_reduction: '%s' is none of T1a, T1c, NXxNYxNZ:SET:MODES, memory=BYTES, diagonal=N\n", argv[i]);
       return 2;
     }
   }
@@ -111,6 +112,6 @@ int main(int argc, char** argv) {
   const double dgemm = dgemm_rate(largest < 1000 ? 200 : 3000);
   std::printf("# dgemm %.1f GFlop/s\n", 1e-9 * dgemm);
   std::printf("case,dofs,interface,modes,factor_nonzeros,phase,seconds,flops,bytes,gflops,share_of_dgemm,way,peak_memory\n");
-  for (const Case& c : cases) run(c, memory, dgemm);
+  for (const Case& c : cases) run(c, settings, dgemm);
   return 0;
 }
