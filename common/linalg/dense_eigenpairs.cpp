@@ -3,6 +3,7 @@
 
 #include <cassert>
 
+#include "common/linalg/dense_factor.hpp"
 #include "common/linalg/eigenpairs.hpp"
 
 namespace cbr {
@@ -89,6 +90,20 @@ Eigenpairs dense_eigenpairs(Matrix A, const Vector& B, Index k) {
   pairs.Phi.array().colwise() *= scale.array();
   fix_signs(pairs.Phi);
   return pairs;
+}
+
+bool dense_cholesky(Matrix& A) {
+  const Index n = A.rows();
+  return n == 0 || LAPACKE_dpotrf(LAPACK_COL_MAJOR, 'L', as_int(n), A.data(), as_int(n)) == 0;
+}
+
+void dense_inverse_of_cholesky(Matrix& L) {
+  const Index n = L.rows();
+  if (n == 0) return;
+  const auto info = LAPACKE_dpotri(LAPACK_COL_MAJOR, 'L', as_int(n), L.data(), as_int(n));
+  assert(info == 0);
+  static_cast<void>(info);
+  mirror_lower(L);
 }
 
 }  // namespace cbr

@@ -16,6 +16,11 @@ double history_value(const History& history, double t) {
   return history.value[after - 1] + (history.value[after] - history.value[after - 1]) * (t - t0) / (t1 - t0);
 }
 
+void Body::add_answered_impulses(Index set, const Points& contact, const Points& friction, const Points&) {
+  if (!contact.isZero(0)) add_impulses(set, contact, ImpulseKind::contact);
+  if (!friction.isZero(0)) add_impulses(set, friction, ImpulseKind::friction);
+}
+
 void Body::end_velocities(Index, Points&) { assert(false && "only bodies under newmark have them"); }
 
 void Body::scale(double) { assert(false && "only where can_scale()"); }

@@ -66,7 +66,8 @@ bool rigid_modes_span(const Matrix& R, DiagonalForm& form) {
   return true;
 }
 
-// Z ((c) x (c - held)): orthonormal basis of the interface displacements that held directions leave free.
+}  // namespace
+
 SparseMatrix free_interface_basis(const Superelement& s, const std::vector<HeldDirection>& held) {
   const IndexTable rows = displacement_rows(s);
   std::vector<std::vector<Vector3>> of_node(s.node_ids.size());
@@ -89,8 +90,6 @@ SparseMatrix free_interface_basis(const Superelement& s, const std::vector<HeldD
   Z.setFromTriplets(entries.begin(), entries.end());
   return Z;
 }
-
-}  // namespace
 
 void take_frequencies(const Vector& lambda, Index n_rigid, DiagonalForm& form) {
   form.omega = lambda.cwiseMax(0).cwiseSqrt();

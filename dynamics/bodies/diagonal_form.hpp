@@ -42,6 +42,8 @@ void take_frequencies(const Vector& lambda, Index n_rigid, DiagonalForm& form);
 // The rigid modes of a free system become R L^-T, L L^T = R^T M R (R: its rigid motions about the centre of mass, rows of V), and E
 // what follows from them. False, and `form` as it was, when they do not span the same motions.
 bool use_exact_rigid_modes(const Matrix& R, const RigidBody& body, DiagonalForm& form);
+// Z (c x (c - held)): orthonormal basis of the interface displacements that held directions leave free.
+SparseMatrix free_interface_basis(const Superelement& superelement, const std::vector<HeldDirection>& held);
 // How many independent rigid motions move no held direction; rows(node, component): of R, -1 for none.
 Index n_free_rigid_motions(const Matrix& R, const RigidBody& body, const IndexTable& rows, const std::vector<HeldDirection>& held);
 

@@ -180,6 +180,51 @@ void ScaledBody::add_impulses(Index set, const Points& impulses, ImpulseKind kin
   add_kick(step_of(h_), fresh_, end_);
 }
 
+// y takes what the move has beyond the kept modes: S p = (move - V diag(sin(omega h)/omega) V^T p) clip / sin(clip h)
+void ScaledBody::add_answered_impulses(Index set, const Points& contact, const Points& friction, const Points& move) {
+  const NodeSet& s = sets_[set];
+  const ScaledStep& step = step_of(h_);
+  const double clip_h = modes_->clip * h_, weight = step.scaled.s[0];
+  // Near a multiple of pi the scaled part's move says nothing
+  if (!rows_->S || !s.whole || !(clip_h < 2.8) || kick_.any) {
+    Body::add_answered_impulses(set, contact, friction, move);
+    return;
+  }
+  const Matrix& Vt = rows_->Vt;
+  const Index n = n_tracked(), loads = fresh_.p.size() - n;
+  const bool by_blas = Vt.size() >= large_product;
+  const auto modal = [&](const Points& p, ScaledKick& kick) {
+    kick.f.setZero(), kick.p.setZero();
+    for (Index i = 0; i < p.rows(); ++i) {
+      if (p.row(i).isZero(0)) continue;
+      const Vector3 local = placement_.T.transpose() * p.row(i).transpose();
+      kick.p.segment<3>(3 * i) = local;
+      if (!by_blas && Vt.size() > 0)
+        kick.f += local[0] * Vt.col(3 * i) + local[1] * Vt.col(3 * i + 1) + local[2] * Vt.col(3 * i + 2);
+    }
+    if (by_blas) kick.f.noalias() = Vt * kick.p.head(n);
+    kick.any = true;
+  };
+  modal(contact, kick_);
+  if (!friction.isZero(0)) {
+    modal(friction, friction_);
+    kick_.f += friction_.f, kick_.p += friction_.p;
+  }
+  weighted_.array() = step.kept.s.array() * kick_.f.array();
+  if (by_blas) local_.noalias() = Vt.transpose() * weighted_;
+  for (Index i = 0; i < move.rows(); ++i) {
+    Vector3 kept = Vector3::Zero();
+    if (by_blas) {
+      kept = local_.segment<3>(3 * i);
+    } else if (Vt.size() > 0) {
+      kept << Vt.col(3 * i).dot(weighted_), Vt.col(3 * i + 1).dot(weighted_), Vt.col(3 * i + 2).dot(weighted_);
+    }
+    kick_.Sp.segment<3>(3 * i) = (placement_.T.transpose() * move.row(i).transpose() - kept) / weight;
+  }
+  for (Index l = 0; l < loads; ++l) kick_.Sp[n + l] = load_scaled_.col(l).head(n).dot(kick_.p.head(n));
+  add_kick(step, kick_, end_);
+}
+
 Vector3 ScaledBody::add_velocities(Index, const Points&, const Vector3&) { refuse_masses(name_); }
 Points ScaledBody::nodal_masses(Index) const { refuse_masses(name_); }
 

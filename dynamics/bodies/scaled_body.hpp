@@ -47,6 +47,7 @@ class ScaledBody final : public Body {
   void predict(double t, double h) override;
   using Body::add_impulses;
   void add_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
+  void add_answered_impulses(Index set, const Points& contact, const Points& friction, const Points& move) override;
   Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;  // RunError: has no masses
   void accept() override;
 
@@ -115,6 +116,7 @@ class ScaledBody final : public Body {
   ScaledKick kick_, friction_, fresh_;
   ScaledLoad f0_, f1_;
   mutable Vector local_;  // 3 m
+  Vector weighted_;       // n_kept
   double t_ = 0, h_ = 0, step_work_ = 0;
   mutable ScaledStep regular_, other_;  // of the last two step lengths
   BodyWork work_;

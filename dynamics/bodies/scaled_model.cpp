@@ -59,6 +59,7 @@ class ModelOfForm final : public ScaledModel {
     modes->omega = omega.head(kept), modes->V = form_->V.leftCols(kept), modes->E = form_->E.topRows(kept);
     modes->n_rigid = std::min(form_->n_rigid, kept);
     modes->n_scaled = high;
+    modes->method = "all modes";
     if (high == 0) return modes;
     modes->lowest_scaled = omega[kept];
     auto part = std::make_shared<HighModes>(form_, kept, clip);

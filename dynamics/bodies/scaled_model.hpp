@@ -38,4 +38,11 @@ class ScaledModel {
 std::shared_ptr<ScaledModel> scaled_model(std::shared_ptr<const Superelement> superelement,
                                           std::shared_ptr<const DiagonalForm> form);
 
+// From the matrices alone, for some thousand interface dofs: modes below the clip by block Lanczos, those above it together from a
+// factor of K_cc; no mode was missed, which a factor of K^ - clip^2 M^ without the found ones proves. Where that does not go (a
+// clip above all modes or a third of them, motions without stiffness), all modes of a small component are computed, of a large one
+// it is a RunError, named by `where`. Keeps one matrix of the interface's size.
+std::shared_ptr<ScaledModel> scaled_model(std::shared_ptr<const Superelement> superelement, std::vector<HeldDirection> held,
+                                          std::string where);
+
 }  // namespace cbr

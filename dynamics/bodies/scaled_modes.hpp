@@ -4,6 +4,7 @@
 
 #include <map>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "common/types.hpp"
@@ -49,6 +50,7 @@ class ScaledModes {
   double lowest_scaled = 0;  // frequency of the first of them, rad/s; 0: none
   // S M^ R (n x 6) and (M^ R)^T S M^ R (6 x 6): what is left of rigid motions above the clip. Empty for a free body, where it is 0.
   Matrix rigid_response, rigid_gram;
+  std::string method;                      // how the kept ones were found: "all modes", "block lanczos"
   std::shared_ptr<const ScaledPart> part;  // null when nothing is scaled
   IndexTable rows;                         // of V, n_nodes x 3, -1 for none
 

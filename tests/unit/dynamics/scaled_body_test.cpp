@@ -7,6 +7,7 @@
 #include <Eigen/Dense>
 
 #include <cmath>
+#include <numeric>
 #include <random>
 
 #include "common/error.hpp"
@@ -141,6 +142,35 @@ void expect_equal_motion(Body& body, Body& reference, double h, int steps, doubl
   EXPECT_LT((rates - rates_all).norm(), tolerance * rates_all.norm());
 }
 
+// From the matrices alone, without all modes; a block with some more coordinates.
+void compare_ways(Shape shape, Index k, double share, bool mirrored) {
+  const Lattice large = lattice({5, 6, 7}, 0.1, 2e3, 0.5);
+  test::Model m = test::model(test::reduce(large, test::x_nodes(large, true, true), k));
+  const auto held = held_directions(shape);
+  if (shape != Shape::free) m.form = std::make_shared<DiagonalForm>(held_diagonal_form(*m.superelement, held, "test"));
+  const auto from_matrices = scaled_model(m.superelement, held, "test");
+  const double highest = m.form->omega.maxCoeff(), clip = share * highest;
+  EXPECT_NEAR(from_matrices->largest_frequency(), highest, 2e-6 * highest);
+  const auto modes = from_matrices->clipped(clip), all = scaled_model(m.superelement, m.form)->clipped(clip);
+  EXPECT_EQ(modes->method, "block lanczos");
+  ASSERT_EQ(modes->n_kept(), all->n_kept());
+  EXPECT_EQ(modes->n_rigid, all->n_rigid);
+  EXPECT_EQ(modes->n_scaled, all->n_scaled);
+  EXPECT_NEAR(modes->lowest_scaled, all->lowest_scaled, 1e-10 * highest);
+  EXPECT_LT((modes->omega - all->omega).norm(), 1e-10 * highest);
+  std::vector<Index> nodes(m.superelement->node_ids.size());
+  std::iota(nodes.rbegin(), nodes.rend(), Index{0});
+  const Matrix &S = *modes->node_rows(nodes)->S, &S_all = *all->node_rows(nodes)->S;
+  EXPECT_LT((S - S_all).norm(), 1e-11 * S_all.norm());
+  EXPECT_EQ((S - S.transpose()).norm(), 0);
+  const Matrix F =
+      Matrix::NullaryExpr(m.superelement->n(), 3, [](Index i, Index j) { return std::cos(double(3 * i * i + 5 * j)); });
+  EXPECT_LT((modes->part->times(F) - all->part->times(F)).norm(), 1e-11 * all->part->times(F).norm());
+  ScaledBody body("body", from_matrices, oblique(mirrored));
+  SuperelementBody reference("body", m.superelement, slowed(*m.form, clip), oblique(mirrored), Scheme::exact);
+  expect_equal_motion(body, reference, 1.9 / clip, 100, 1e-9);
+}
+
 void compare(const Case& c) {
   const test::Model m = model_of(c);
   const double clip = c.clip * m.form->omega.maxCoeff();
@@ -162,6 +192,33 @@ TEST(ScaledBody, HingedMovesAsAllModesSlowedOneByOne) { compare({Shape::hinged, 
 TEST(ScaledBody, WithoutModalCoordinates) {
   compare({Shape::free, false, 0});
   compare({Shape::held, true, 0});
+}
+
+TEST(ScaledBody, FromTheMatricesAlone) {
+  compare_ways(Shape::free, 12, 0.35, false);
+  compare_ways(Shape::free, 0, 0.3, true);
+  compare_ways(Shape::held, 12, 0.3, true);
+  compare_ways(Shape::held, 0, 0.3, false);
+  compare_ways(Shape::hinged, 12, 0.3, false);
+}
+
+TEST(ScaledBody, FromTheMatricesWithAClipBelowAllElasticModes) {
+  compare_ways(Shape::free, 12, 1e-3, true);
+  compare_ways(Shape::held, 5, 1e-3, true);
+}
+
+TEST(ScaledBody, FromTheMatricesWithAHighClipTakesAllModes) {
+  for (const Shape shape : {Shape::free, Shape::held}) {
+    const test::Model m = model_of({shape});
+    const double highest = m.form->omega.maxCoeff();
+    const auto model = scaled_model(m.superelement, held_directions(shape), "test");
+    for (const double share : {0.8, 1.1}) {
+      const auto modes = model->clipped(share * highest);
+      EXPECT_EQ(modes->method, "all modes");
+      EXPECT_EQ(modes->part != nullptr, share < 1);
+      EXPECT_LT((modes->omega - m.form->omega.head(modes->n_kept())).norm(), 1e-9 * highest);
+    }
+  }
 }
 
 TEST(ScaledBody, ClipBelowAllElasticModesAndAboveAll) {
@@ -291,6 +348,40 @@ TEST(ScaledBody, ResponseIsWhatImpulsesDoAndIsShared) {
   }
   const double h = 1.9 / one.largest_frequency();
   EXPECT_EQ(one.response(0, h).block.get(), two.response(0, h).block.get());
+}
+
+TEST(ScaledBody, MovesThatAreKnownNeedNoProduct) {
+  std::mt19937 random(9);
+  for (const Shape shape : {Shape::free, Shape::hinged}) {
+    const test::Model m = model_of({shape});
+    const auto model = scaled_model(m.superelement, m.form);
+    ScaledBody known("known", model, oblique(true)), plain("plain", model, oblique(true));
+    for (ScaledBody* body : {&known, &plain}) {
+      body->track({0, 3, 5, 11});
+      body->add_gravity(Vector3(0, 3, -9), {{0, 0.1, 0.2}, {0, 1, -1}});
+      body->scale(0.3 * m.form->omega.maxCoeff());
+    }
+    const double h = 2 / known.largest_frequency(), start = energy(known);
+    double largest = start;
+    Points x, y;
+    for (int step = 0; step < 100; ++step) {
+      known.predict(step * h, h), plain.predict(step * h, h);
+      const Points p = random_points(random, 4, 0.5);
+      const Points rub = step % 3 == 0 ? random_points(random, 4, 0.1) : Points(Points::Zero(4, 3));
+      Points move = Points::Zero(4, 3);
+      known.response(0, h).add_product(p + rub, move);
+      known.add_answered_impulses(0, p, rub, move);
+      plain.add_impulses(0, p), plain.add_impulses(0, rub, ImpulseKind::friction);
+      known.predicted_positions(0, x), plain.predicted_positions(0, y);
+      EXPECT_LT(difference(x, y), 1e-12);
+      known.accept(), plain.accept();
+      largest = std::max(largest, energy(known));
+      const BodyWork work = known.work();
+      EXPECT_LT(std::abs(energy(known) - start - work.external - work.contact - work.friction), 1e-12 * largest) << step;
+    }
+    EXPECT_NEAR(known.work().friction, plain.work().friction, 1e-12 * largest);
+    EXPECT_NEAR(known.scaled_energy(), plain.scaled_energy(), 1e-12 * largest);
+  }
 }
 
 TEST(ScaledBody, MotionBoundHoldsTheMotion) {
