@@ -23,9 +23,9 @@ Matrix starting_block(Index n, Index columns) {
 
 class BlockLanczos {
  public:
-  BlockLanczos(Index n, const BlockProduct& multiply_M, const std::function<void(Eigen::Ref<Matrix>)>& solve, Index k,
+  BlockLanczos(const SparseMatrix& M, const std::function<void(Eigen::Ref<Matrix>)>& solve, Index k,
                const BlockLanczosOptions& options)
-      : multiply_M_(multiply_M), solve_(solve), options_(options), n_(n), k_(k) {
+      : M_(M), solve_(solve), options_(options), n_(M.rows()), k_(k) {
     b_ = options.block > 0 ? options.block : std::clamp<Index>(k / 25, 4, 32);
     m_ = options.basis > 0 ? options.basis : std::max(2 * k, k + 6 * b_);
     m_ = (std::min(m_, n_ - b_) / b_) * b_;
@@ -55,7 +55,7 @@ class BlockLanczos {
   bool orthonormalise(Eigen::Ref<Matrix> U, Matrix& R) const {
     R = Matrix::Identity(U.cols(), U.cols());
     for (int pass = 0; pass < 2; ++pass) {
-      const Matrix G = U.transpose() * multiply_M_(U);
+      const Matrix G = U.transpose() * Matrix(M_ * U);
       const Eigen::LLT<Matrix> llt(G);
       if (llt.info() != Eigen::Success) return false;
       const Vector diagonal = Matrix(llt.matrixL()).diagonal();
@@ -72,7 +72,7 @@ class BlockLanczos {
     size_ = 0;
     Matrix X = starting_block(n_, b_), R;
     // One application of the operator takes out most of what no wanted vector has.
-    X = multiply_M_(X);
+    X = M_ * X;
     solve_(X);
     V_.leftCols(b_) = X;
     return orthonormalise(V_.leftCols(b_), R);
@@ -80,7 +80,7 @@ class BlockLanczos {
 
   // Returns h = V^T M U of the first columns of V, U <- U - V h
   Matrix project_out(Eigen::Ref<Matrix> U, Index columns) const {
-    const Matrix M_U = multiply_M_(U);
+    const Matrix M_U = M_ * U;
     Matrix h = V_.leftCols(columns).transpose() * M_U;
     U.noalias() -= V_.leftCols(columns) * h;
     return h;
@@ -92,7 +92,7 @@ class BlockLanczos {
     while (size_ < m_) {
       const Index columns = size_ + b_;
       auto next = V_.middleCols(columns, b_);
-      next = multiply_M_(V_.middleCols(size_, b_));
+      next = M_ * V_.middleCols(size_, b_);
       solve_(next);
       // Twice, as orthonormalising enlarges the round-off that the first projection left.
       Matrix h = project_out(next, columns);
@@ -136,7 +136,7 @@ class BlockLanczos {
     size_ = kept;
   }
 
-  const BlockProduct& multiply_M_;
+  const SparseMatrix& M_;
   const std::function<void(Eigen::Ref<Matrix>)>& solve_;
   const BlockLanczosOptions& options_;
   Index n_ = 0, k_ = 0, b_ = 0, m_ = 0, size_ = 0;
@@ -148,13 +148,7 @@ class BlockLanczos {
 
 Eigenpairs block_lanczos(const SparseMatrix& M, const std::function<void(Eigen::Ref<Matrix>)>& solve, double sigma, Index k,
                          const BlockLanczosOptions& options) {
-  return block_lanczos(
-      M.rows(), [&](const Eigen::Ref<const Matrix>& X) { return Matrix(M * X); }, solve, sigma, k, options);
-}
-
-Eigenpairs block_lanczos(Index n, const BlockProduct& multiply_M, const std::function<void(Eigen::Ref<Matrix>)>& solve,
-                         double sigma, Index k, const BlockLanczosOptions& options) {
-  return BlockLanczos(n, multiply_M, solve, k, options).run(sigma);
+  return BlockLanczos(M, solve, k, options).run(sigma);
 }
 
 }  // namespace cbr

@@ -23,10 +23,4 @@ struct BlockLanczosOptions {
 Eigenpairs block_lanczos(const SparseMatrix& M, const std::function<void(Eigen::Ref<Matrix>)>& solve, double sigma, Index k,
                          const BlockLanczosOptions& options = {});
 
-// The same for any M, given by its product with n x m. With `solve` = the elastic flexibility of a free body and sigma = 0 its
-// rigid motions are left out.
-using BlockProduct = std::function<Matrix(const Eigen::Ref<const Matrix>&)>;
-Eigenpairs block_lanczos(Index n, const BlockProduct& multiply_M, const std::function<void(Eigen::Ref<Matrix>)>& solve,
-                         double sigma, Index k, const BlockLanczosOptions& options = {});
-
 }  // namespace cbr

@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "common/error.hpp"
-#include "common/linalg/block_lanczos.hpp"
 #include "common/linalg/dense_factor.hpp"
+#include "common/linalg/lanczos_below.hpp"
 #include "dynamics/bodies/scaled_model.hpp"
 #include "dynamics/bodies/scaled_system.hpp"
 
@@ -104,25 +104,20 @@ class ModelOfMatrices final : public ScaledModel {
   // Elastic modes, all up to the clip and at least one above it; not converged where that takes too many.
   Eigenpairs modes_up_to(double clip) const {
     const ScaledSystem& s = *system_;
-    const BlockProduct times_mass = [&](const Eigen::Ref<const Matrix>& X) { return s.times_mass(X); };
+    const auto times_mass = [&](const Eigen::Ref<const Matrix>& X) { return s.times_mass(X); };
     const auto solve = [&](Eigen::Ref<Matrix> B) { flexibility_->solve(B); };
-    const Index most = (s.n() - s.n_rigid()) / 3;
     const double shift = clip * clip;
-    for (Index k = std::min<Index>(48, most);;) {
-      Eigenpairs pairs = block_lanczos(s.n(), times_mass, solve, 0, k);
-      if (!pairs.converged || k < 1) return pairs;
-      double growth = 1.5;
-      if (pairs.lambda(k - 1) > shift) {
-        Matrix X(s.n(), s.n_rigid() + k);
-        X << Matrix::Zero(s.k(), s.n_rigid()), pairs.Phi.topRows(s.k()), s.rigid_modes(), pairs.Phi.bottomRows(s.f());
-        if (has_all_below(s, X, shift)) return pairs;
-      } else {
-        // As many modes below a frequency as its second to third power says
-        growth = std::clamp(1.1 * std::pow(shift / pairs.lambda(k - 1), 1.25), 1.2, 6.0);
-      }
-      if (k == most) return {};
-      k = std::min(most, static_cast<Index>(growth * static_cast<double>(k)) + 8);
+    LanczosBelowOptions options;
+    // A block finds as many copies of a multiple eigenvalue as it has columns
+    for (const Index block : {Index{0}, Index{32}}) {
+      options.block = block;
+      Eigenpairs pairs = lanczos_below(s.n(), s.n_rigid(), times_mass, solve, shift, options);
+      if (!pairs.converged) continue;
+      Matrix X(s.n(), s.n_rigid() + pairs.lambda.size());
+      X << Matrix::Zero(s.k(), s.n_rigid()), pairs.Phi.topRows(s.k()), s.rigid_modes(), pairs.Phi.bottomRows(s.f());
+      if (has_all_below(s, X, shift)) return pairs;
     }
+    return {};
   }
 
   std::shared_ptr<ScaledModes> make_from(const Eigenpairs& pairs, double clip) const {

@@ -114,7 +114,7 @@ bool moves_freely_in_diagonal_form(const Scene& scene, const Component& componen
   return std::any_of(instances.begin(), instances.end(), [&](const Instance* i) {
     const bool stored = reduced.superelement && reduced.superelement->has_diagonal_form();
     return coordinates_of_reduced(scene, *i, reduced, stored) == Coordinates::modal && !is_held(scene, *i) &&
-           !has_shells(scene, *i, *reduced.geometry);
+           !has_shells(scene, *i, *reduced.geometry) && !scales_from_matrices(scene, *i, reduced, stored);
   });
 }
 
@@ -126,6 +126,18 @@ bool is_held(const Scene& scene, const Instance& instance) {
 
 bool has_shells(const Scene& scene, const Instance& instance, const Geometry& geometry) {
   return skin_acts(scene) && skin_faces(scene, instance.name, geometry).rows() > 0;
+}
+
+bool may_touch(const Scene& scene, const Instance& instance) {
+  return std::any_of(scene.contact.begin(), scene.contact.end(), [&](const ContactOptions& contact) {
+    return contact.all || contact.first.instance == instance.name || contact.second.instance == instance.name;
+  });
+}
+
+bool scales_from_matrices(const Scene& scene, const Instance& instance, const ReducedComponent& component, bool has_diagonal_form) {
+  const bool stored = has_diagonal_form && !is_held(scene, instance);
+  return scene.time->mass_scaling && may_touch(scene, instance) && !stored && component.n_dofs > small_enough_to_diagonalise &&
+         !has_shells(scene, instance, *component.geometry);
 }
 
 Coordinates coordinates_of_reduced(const Scene& scene, const Instance& instance, const ReducedComponent& component,

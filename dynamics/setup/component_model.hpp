@@ -55,6 +55,11 @@ struct MeshedComponent {
 bool is_held(const Scene& scene, const Instance& instance);
 bool has_shells(const Scene& scene, const Instance& instance, const Geometry& geometry);
 
+// Whether the scene names the instance in a contact.
+bool may_touch(const Scene& scene, const Instance& instance);
+// Modal mass scaling of a component so large that the modes above the clip are not worth computing: ScaledModel of its matrices.
+bool scales_from_matrices(const Scene& scene, const Instance& instance, const ReducedComponent& component, bool has_diagonal_form);
+
 // How an instance's coordinates are advanced.
 enum class Coordinates { modal, coupled, nodal };  // SuperelementBody, CoupledBody, MeshBody
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/setup/instance_body.hpp"
 
-#include <algorithm>
 #include <map>
 #include <utility>
 
@@ -37,13 +36,6 @@ std::vector<HeldDirection> held_directions(const Scene& scene, const Instance& i
 }
 
 std::string where(const Instance& instance) { return "instance '" + instance.name + "'"; }
-
-// Whether the scene names the instance in a contact.
-bool may_touch(const Scene& scene, const Instance& instance) {
-  return std::any_of(scene.contact.begin(), scene.contact.end(), [&](const ContactOptions& contact) {
-    return contact.all || contact.first.instance == instance.name || contact.second.instance == instance.name;
-  });
-}
 
 CoupledModel model_of(const MeshedComponent& component) { return coupled_model(*component.fe, component.geometry->coordinates); }
 
@@ -88,7 +80,17 @@ InstanceBody BodyMaker::make_coupled(const Instance& instance, const Geometry& g
           shelled.model->rigid_body.mass};
 }
 
+InstanceBody BodyMaker::make_scaled_from_matrices(const Instance& instance, const ReducedComponent& component) {
+  std::vector<HeldDirection> held = held_directions(scene_, instance, *component.geometry);
+  std::shared_ptr<ScaledModel> of_instance;
+  std::shared_ptr<ScaledModel>& model = held.empty() ? scaled_[component.superelement.get()] : of_instance;
+  if (!model) model = scaled_model(component.superelement, std::move(held), where(instance));
+  return {std::make_unique<ScaledBody>(instance.name, model, placement_of(instance)), component.rigid_body.mass};
+}
+
 InstanceBody BodyMaker::make_modal(const Instance& instance, const ReducedComponent& component) {
+  if (scales_from_matrices(scene_, instance, component, component.form != nullptr))
+    return make_scaled_from_matrices(instance, component);
   std::shared_ptr<const DiagonalForm> form = component.form;
   if (is_held(scene_, instance)) {
     const auto held = held_directions(scene_, instance, *component.geometry);

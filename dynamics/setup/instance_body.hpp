@@ -36,13 +36,14 @@ class BodyMaker {
   template <typename Component>
   Shelled& shelled(const Instance& instance, const Component& component);
   InstanceBody make_coupled(const Instance& instance, const Geometry& geometry, Shelled& shelled);
+  InstanceBody make_scaled_from_matrices(const Instance& instance, const ReducedComponent& component);
   InstanceBody make_modal(const Instance& instance, const ReducedComponent& component);
   InstanceBody make_modal_with_shells(const Instance& instance, const ReducedComponent& component);
 
   const Scene& scene_;
   std::shared_ptr<RowThreads> threads_;
-  std::map<const DiagonalForm*, std::shared_ptr<ScaledModel>> scaled_;
-  std::map<std::string, Shelled> shelled_;  // by component, kind and skinned surfaces
+  std::map<const void*, std::shared_ptr<ScaledModel>> scaled_;  // by what they were made from: a form or a superelement
+  std::map<std::string, Shelled> shelled_;                      // by component, kind and skinned surfaces
 };
 
 }  // namespace cbr
