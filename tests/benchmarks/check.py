@@ -16,7 +16,7 @@ WANTED = {
     "again.csv": ("first_s", "again_s", "ratio"),
     "skipping.csv": ("bodies", "steps", "total_s", "stepping_s"),
     "features.csv": ("dofs", "steps", "steps_s", "setup_s"),
-    "t1.csv": ("dofs", "steps", "rms_percent", "stepping_s", "setup_s", "limit_s", "share_of_limit", "peak_memory_bytes", "speedup"),
+    "t1.csv": ("dofs", "steps", "contact_steps", "mean_rows", "rms_percent", "stepping_s", "setup_s", "limit_s", "share_of_limit", "peak_memory_bytes", "speedup"),
 }
 SHARES = {"t1.csv": "share_of_limit", "reduction.csv": "share_of_limit"}  # of rows that have one
 MUST_RUN = {"t1.csv": ("full", "a")}  # of the column `model`
