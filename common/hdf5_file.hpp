@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "common/row_matrix.hpp"
 #include "common/types.hpp"
 
 namespace cbr {
@@ -29,6 +30,7 @@ class Hdf5Writer {
   void write(const std::string& dataset, const std::vector<int>& values);    // int64
   void write(const std::string& dataset, const IndexTable& values);          // int64, rows x columns
   void write(const std::string& dataset, const Matrix& values);              // rows x columns, row-major in the file
+  void write(const std::string& dataset, const RowMatrix& values);           // likewise, without a copy
   void write(const std::string& dataset, const Points& values);
   // Object "/" is the root; a group that is not there yet is made.
   void attribute(const std::string& object, const std::string& name, const std::string& value);
@@ -58,6 +60,7 @@ class Hdf5Reader {
   double read_scalar(const std::string& dataset) const;
   Vector read_vector(const std::string& dataset) const;
   Matrix read_matrix(const std::string& dataset) const;
+  RowMatrix read_row_matrix(const std::string& dataset) const;  // without a copy
   Points read_points(const std::string& dataset) const;
   std::vector<Index> read_indices(const std::string& dataset) const;
   IndexTable read_index_table(const std::string& dataset) const;

@@ -40,8 +40,6 @@ inline void silence() { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }
 // Rows copied at once between a column-major matrix and the file's rows: 16 MB, whatever the matrix's size.
 inline Index panel_rows(Index columns) { return std::max<Index>(1, (Index{1} << 21) / std::max<Index>(1, columns)); }
 
-using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
 // Memory and file spaces of rows [first, first + rows) of a two-dimensional dataset.
 inline std::pair<Handle, Handle> panel(hid_t dataset, Index first, Index rows, Index columns) {
   const hsize_t start[2] = {static_cast<hsize_t>(first), 0};

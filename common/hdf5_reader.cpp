@@ -180,7 +180,7 @@ Matrix Hdf5Reader::read_matrix(const std::string& dataset) const {
   const auto extent = impl_->expect(opened, dataset, H5T_FLOAT, 2);
   Matrix values(extent[0], extent[1]);
   if (values.size() == 0) return values;
-  hdf5::RowMajor rows;
+  RowMatrix rows;
   for (Index first = 0, step = hdf5::panel_rows(values.cols()); first < values.rows(); first += step) {
     rows.resize(std::min<Index>(step, values.rows() - first), values.cols());
     const auto [memory, file] = hdf5::panel(opened, first, rows.rows(), rows.cols());
@@ -189,6 +189,14 @@ Matrix Hdf5Reader::read_matrix(const std::string& dataset) const {
     }
     values.middleRows(first, rows.rows()) = rows;
   }
+  return values;
+}
+
+RowMatrix Hdf5Reader::read_row_matrix(const std::string& dataset) const {
+  const Handle opened = impl_->open_dataset(dataset);
+  const auto extent = impl_->expect(opened, dataset, H5T_FLOAT, 2);
+  RowMatrix values(extent[0], extent[1]);
+  impl_->read_whole(opened, dataset, H5T_NATIVE_DOUBLE, values.data(), values.size());
   return values;
 }
 

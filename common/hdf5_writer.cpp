@@ -146,11 +146,16 @@ void Hdf5Writer::write(const std::string& dataset, const Points& values) {
   impl_->write_whole(dataset, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, {static_cast<hsize_t>(values.rows()), 3}, values.data());
 }
 
+void Hdf5Writer::write(const std::string& dataset, const RowMatrix& values) {
+  impl_->write_whole(dataset, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE,
+                     {static_cast<hsize_t>(values.rows()), static_cast<hsize_t>(values.cols())}, values.data());
+}
+
 void Hdf5Writer::write(const std::string& dataset, const Matrix& values) {
   const Handle made =
       impl_->make_dataset(dataset, H5T_IEEE_F64LE, {static_cast<hsize_t>(values.rows()), static_cast<hsize_t>(values.cols())});
   if (values.size() == 0) return;
-  hdf5::RowMajor rows;
+  RowMatrix rows;
   for (Index first = 0, step = hdf5::panel_rows(values.cols()); first < values.rows(); first += step) {
     rows = values.middleRows(first, std::min<Index>(step, values.rows() - first));
     const auto [memory, file] = hdf5::panel(made, first, rows.rows(), rows.cols());

@@ -9,6 +9,7 @@
 
 #include "common/assembly.hpp"
 #include "common/mesh/surface.hpp"
+#include "common/row_matrix.hpp"
 #include "common/types.hpp"
 
 namespace cbr {
@@ -34,7 +35,7 @@ struct Superelement {
 
   // Optional diagonal form: M = reduced mass, V^T M V = I, V^T K V = diag(omega^2). Rigid modes first, omega = 0 exactly.
   Vector omega;  // n = k + c, rad/s, ascending; empty when not stored
-  Matrix V;      // n x n; column j is mode j, rows in the order of q
+  RowMatrix V;   // n x n; column j is mode j, rows in the order of q
 
   // Optional recovery of the interior: u_I = Psi u_c + Phi q_k.
   struct Recovery {

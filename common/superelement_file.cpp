@@ -217,7 +217,7 @@ Superelement read_superelement_at(const Hdf5Reader& file, const std::string& pre
   s.rigid_body = read_rigid_body(file, prefix);
   if (parts.diagonal && file.has(prefix + "/diagonal")) {
     s.omega = file.read_vector(prefix + "/diagonal/omega");
-    s.V = file.read_matrix(prefix + "/diagonal/V");
+    s.V = file.read_row_matrix(prefix + "/diagonal/V");
   }
   if (parts.recovery && file.has(prefix + "/recovery")) s.recovery.push_back(read_recovery(file, prefix));
   s.provenance = read_provenance(file, prefix);

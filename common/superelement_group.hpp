@@ -19,7 +19,7 @@ struct SuperelementGroup {
   RigidBody rigid_body;  // of the whole component
   // Optional diagonal form of join(): as Superelement::omega and V, in its order of coordinates.
   Vector omega;
-  Matrix V;
+  RowMatrix V;
   std::map<std::string, std::string> provenance;
 
   bool has_diagonal_form() const { return omega.size() > 0; }

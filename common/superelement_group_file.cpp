@@ -137,7 +137,7 @@ SuperelementGroup read_superelement_group(const std::filesystem::path& path, con
   group.rigid_body = read_rigid_body(file, "");
   if (parts.diagonal && file.has("/diagonal")) {
     group.omega = file.read_vector("/diagonal/omega");
-    group.V = file.read_matrix("/diagonal/V");
+    group.V = file.read_row_matrix("/diagonal/V");
   }
   group.provenance = read_provenance(file, "");
   GroupChecker(group, path.string()).check(parts);

@@ -8,16 +8,18 @@
 
 #include "common/superelement.hpp"
 #include "common/types.hpp"
+#include "dynamics/bodies/form_cache.hpp"
 
 namespace cbr {
 
 // q = V eta, eta'' + omega^2 eta = V^T f. With constraints V has fewer columns than rows.
 struct DiagonalForm {
   Vector omega;  // n, rad/s; the first n_rigid are 0
-  Matrix V;      // (k + c) x n
+  RowMatrix V;   // (k + c) x n
   Index n_rigid = 0;
   Matrix E;  // n x 6, V^T M^ R: rigid motions (about the centre of mass, component axes) in modal coordinates.
              // Momentum is E^T eta'. Free body: only rigid modes carry any, so the other rows are exactly zero.
+  mutable FormCache shared;
 };
 
 // A displacement component that is held: direction . u(node) = 0, component axes.

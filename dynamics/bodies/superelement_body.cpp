@@ -11,7 +11,6 @@
 namespace cbr {
 namespace {
 
-Eigen::Map<const Vector> flat(const Points& p) { return {p.data(), p.size()}; }
 Eigen::Map<Vector> flat(Points& p) { return {p.data(), p.size()}; }
 
 }  // namespace
@@ -25,7 +24,7 @@ SuperelementBody::SuperelementBody(std::string name, std::shared_ptr<const Super
       placement_(placement),
       scheme_(scheme),
       newmark_(newmark),
-      rows_(displacement_rows(*superelement_)) {
+      rows_(form_->shared.row_table(*superelement_)) {
   X_ = (superelement_->coordinates * placement_.T.transpose()).rowwise() + placement_.position.transpose();
   const Index n = form_->omega.size();
   for (Vector* x : {&eta_, &v_, &eta_end_, &v_end_, &kick_, &friction_kick_, &end_kick_, &f_, &f0_, &f1_, &work_eta_, &work_v_})
@@ -36,68 +35,41 @@ SuperelementBody::SuperelementBody(std::string name, std::shared_ptr<const Super
 
 double SuperelementBody::largest_frequency() const { return form_->omega.size() ? form_->omega.maxCoeff() : 0; }
 
-// Modal rows of the nodes' displacements in scene axes, transposed: u_scene = T u.
-Matrix SuperelementBody::scene_rows(const std::vector<Index>& nodes) const {
-  const Index n = form_->omega.size(), m = static_cast<Index>(nodes.size());
-  Matrix Vt = Matrix::Zero(n, 3 * m);
-  for (Index i = 0; i < m; ++i) {
-    for (int d = 0; d < 3; ++d) {
-      const Index row = rows_(nodes[i], d);
-      if (row < 0) continue;
-      for (int c = 0; c < 3; ++c) {
-        if (placement_.T(c, d) != 0) Vt.col(3 * i + c) += placement_.T(c, d) * form_->V.row(row).transpose();
-      }
-    }
-  }
-  return Vt;
-}
-
 Index SuperelementBody::track(const std::vector<Index>& nodes) {
-  NodeSet set;
-  set.nodes = nodes;
-  set.X = X_(nodes, Eigen::all);
-  set.Vt = scene_rows(nodes);
-  sets_.push_back(std::move(set));
+  sets_.push_back({form_->shared.rows(form_->V, *rows_, nodes), X_(nodes, Eigen::all)});
+  local_.resize(std::max<Index>(local_.rows(), static_cast<Index>(nodes.size())), 3);
   return static_cast<Index>(sets_.size()) - 1;
 }
 
 Index SuperelementBody::track_mean(const std::vector<Index>& nodes) {
-  MeanSet set{X_(nodes, Eigen::all).colwise().mean().transpose(), Matrix::Zero(form_->omega.size(), 3)};
-  Matrix mean_rows = Matrix::Zero(form_->omega.size(), 3);
-  for (const Index node : nodes) {
-    for (int d = 0; d < 3; ++d) {
-      if (rows_(node, d) >= 0) mean_rows.col(d) += form_->V.row(rows_(node, d)).transpose();
-    }
-  }
-  set.Vt.noalias() = mean_rows * placement_.T.transpose() / static_cast<double>(nodes.size());
-  means_.push_back(std::move(set));
+  means_.push_back({form_->shared.mean_rows(form_->V, *rows_, nodes), X_(nodes, Eigen::all).colwise().mean().transpose()});
   return static_cast<Index>(means_.size()) - 1;
 }
 
 void SuperelementBody::positions(Index set, Points& x) const {
-  const NodeSet& s = sets_[set];
-  x = s.X;
-  if (eta_.size() > 0) flat(x).noalias() += s.Vt.transpose() * eta_;  // BLAS minds a product over nothing: every dof held
+  sets_[set].rows->displacements(eta_, placement_.T, x);
+  x += sets_[set].X;
 }
 
 void SuperelementBody::predicted_positions(Index set, Points& x) const {
-  const NodeSet& s = sets_[set];
-  x = s.X;
-  if (eta_.size() > 0) flat(x).noalias() += s.Vt.transpose() * eta_end_;
+  sets_[set].rows->displacements(eta_end_, placement_.T, x);
+  x += sets_[set].X;
 }
 
 void SuperelementBody::mean_motion(Index set, Vector3& position, Vector3& velocity) const {
   const MeanSet& s = means_[set];
   position = s.X, velocity.setZero();
   if (eta_.size() == 0) return;
-  position += s.Vt.transpose() * eta_;
-  velocity = s.Vt.transpose() * present_rates();
+  position += placement_.T * Vector3(s.Vt->transpose() * eta_);
+  velocity = placement_.T * Vector3(s.Vt->transpose() * present_rates());
 }
 
 MotionBound SuperelementBody::motion_bound(Index set) const {
   assert(is_exact());
   const NodeSet& s = sets_[set];
-  const Index r = form_->n_rigid, e = eta_.size() - r, m = s.Vt.cols();
+  const Matrix3& T = placement_.T;
+  const auto Vt = s.rows->Vt();
+  const Index r = form_->n_rigid, e = eta_.size() - r, m = s.X.rows();
   const auto omega = form_->omega.tail(e).array();
   Vector force = Vector::Zero(eta_.size());  // largest modal force at any time
   for (const auto& load : loads_) {
@@ -113,33 +85,34 @@ MotionBound SuperelementBody::motion_bound(Index set) const {
   bound.upper = bound.upper_speed = Vector3::Constant(-HUGE_VAL);
   bound.growth = bound.acceleration = Vector3::Zero();
   for (Index i = 0; i < m; ++i) {
-    const Index c = i % 3;
-    const auto rigid = s.Vt.col(i).head(r);
-    const auto elastic = s.Vt.col(i).tail(e).cwiseAbs();
-    const double x = s.X(i / 3, c) + rigid.dot(eta_.head(r)), speed = rigid.dot(v_.head(r)), spread = elastic.dot(amplitude);
-    bound.lower[c] = std::min(bound.lower[c], x - spread), bound.upper[c] = std::max(bound.upper[c], x + spread);
-    bound.lower_speed[c] = std::min(bound.lower_speed[c], speed), bound.upper_speed[c] = std::max(bound.upper_speed[c], speed);
-    if (loads_.empty()) continue;
-    bound.growth[c] = std::max(bound.growth[c], elastic.dot(rate));
-    bound.acceleration[c] = std::max(bound.acceleration[c], rigid.cwiseAbs().dot(force.head(r)));
+    Vector3 u, speed, spread, growth = Vector3::Zero(), acceleration = growth;
+    for (int d = 0; d < 3; ++d) {
+      const auto rigid = Vt.col(3 * i + d).head(r);
+      const auto elastic = Vt.col(3 * i + d).tail(e).cwiseAbs();
+      u[d] = rigid.dot(eta_.head(r)), speed[d] = rigid.dot(v_.head(r)), spread[d] = elastic.dot(amplitude);
+      if (!loads_.empty()) growth[d] = elastic.dot(rate), acceleration[d] = rigid.cwiseAbs().dot(force.head(r));
+    }
+    u = (T * u).eval(), speed = (T * speed).eval();
+    spread = (T.cwiseAbs() * spread).eval();
+    u += s.X.row(i).transpose();
+    bound.lower = bound.lower.cwiseMin(u - spread), bound.upper = bound.upper.cwiseMax(u + spread);
+    bound.lower_speed = bound.lower_speed.cwiseMin(speed), bound.upper_speed = bound.upper_speed.cwiseMax(speed);
+    bound.growth = bound.growth.cwiseMax(T.cwiseAbs() * growth);
+    bound.acceleration = bound.acceleration.cwiseMax(T.cwiseAbs() * acceleration);
   }
   return bound;
 }
 
 void SuperelementBody::load_amplitudes(double t, Vector& f) const {
-  f.setZero();
+  f.setZero(form_->omega.size());
   for (const auto& load : loads_) f += history_value(load.history, t) * load.amplitude;
 }
 
 const ModalPropagator& SuperelementBody::propagator(double h) const {
-  if (regular_.h == h) return regular_;
-  if (other_.h == h) {
-    std::swap(regular_, other_);
-    return regular_;
-  }
-  other_ = std::move(regular_);
-  regular_ = modal_propagator(form_->omega, h, !loads_.empty());
-  return regular_;
+  if (regular_ && regular_->h == h) return *regular_;
+  std::swap(regular_, other_);
+  if (!regular_ || regular_->h != h) regular_ = form_->shared.propagator(form_->omega, h, !loads_.empty());
+  return *regular_;
 }
 
 // From t_ to t_ + h_ with loads, cut at the histories' breakpoints so that each part is linear in time.
@@ -199,12 +172,7 @@ void SuperelementBody::predict(double t, double h) {
 }
 
 void SuperelementBody::add_impulses(Index set, const Points& impulses, ImpulseKind kind) {
-  const NodeSet& s = sets_[set];
-  // kick = V^T p, only over the dofs that an impulse acts on
-  f_.setZero();
-  for (Index i = 0; i < impulses.size(); ++i) {
-    if (impulses.data()[i] != 0) f_ += impulses.data()[i] * s.Vt.col(i);
-  }
+  sets_[set].rows->kick(impulses, placement_.T, local_, f_);
   if (!kicked_) kick_.setZero();
   kick_ += f_;
   kicked_ = true;
@@ -227,19 +195,20 @@ void SuperelementBody::add_impulses(Index set, const Points& impulses, ImpulseKi
 
 Vector3 SuperelementBody::add_velocities(Index set, const Points& velocities, const Vector3& momentum) {
   assert(scheme_ != Scheme::newmark);
-  NodeSet& s = sets_[set];
-  if (s.B.size() == 0) fill_velocity_map(s);
+  const Matrix3& T = placement_.T;
+  const Matrix& B = velocity_map(*sets_[set].rows);
   // change = V^T M^ [0; dv]: V^-1 of a velocity of the interface dofs alone
-  f_.noalias() = s.B * flat(velocities);
-  // Uniform velocity of the set's nodes for the rest of the momentum: T E^T B [I; I; ...] extra = momentum - T E^T f   (3 x 3)
+  Points local = velocities * T;
+  f_.noalias() = B * flat(local);
+  // Uniform velocity of the set's nodes for the rest of the momentum: T E^T B [I; I; ...] T^T extra = momentum - T E^T f   (3 x 3)
   Matrix uniform = Matrix::Zero(f_.size(), 3);
-  for (Index i = 0; i < s.B.cols(); ++i) uniform.col(i % 3) += s.B.col(i);
+  for (Index i = 0; i < B.cols(); ++i) uniform.col(i % 3) += B.col(i);
   const auto to_momentum = form_->E.leftCols(3).transpose();
-  const Eigen::LDLT<Matrix3> mass(placement_.T * (to_momentum * uniform));
+  const Eigen::LDLT<Matrix3> mass(T * (to_momentum * uniform) * T.transpose());
   Vector3 extra = Vector3::Zero();
   if (mass.info() == Eigen::Success && mass.isPositive()) {
-    extra = mass.solve(momentum - placement_.T * (to_momentum * f_));
-    f_.noalias() += uniform * extra;
+    extra = mass.solve(momentum - T * (to_momentum * f_));
+    f_.noalias() += uniform * (T.transpose() * extra);
   }
   if (is_exact()) {
     if (!end_kicked_) end_kick_.setZero();

@@ -64,24 +64,21 @@ class SuperelementBody final : public Body {
 
  private:
   struct NodeSet {
-    std::vector<Index> nodes;
-    Points X;   // m x 3, scene axes
-    Matrix Vt;  // n x 3 m: column 3 i + c is the modal row of dof (i, c) in scene axes, contiguous
-    Matrix B;   // n x 3 m: V^T M^ of unit velocities of the dofs; filled when first needed
+    std::shared_ptr<const NodeRows> rows;
+    Points X;  // m x 3, scene axes
   };
   struct MeanSet {
-    Vector3 X;
-    Matrix Vt;  // n x 3
+    std::shared_ptr<const Matrix> Vt;  // n x 3, component axes
+    Vector3 X;                         // scene axes
   };
   struct ModalLoad {
     Vector amplitude;  // n, V^T f
     History history;
   };
 
-  Matrix scene_rows(const std::vector<Index>& nodes) const;
-  void fill_velocity_map(NodeSet& set) const;
+  const Matrix& velocity_map(const NodeRows& rows) const;
   const ModalPropagator& propagator(double h) const;
-  Vector present_rates() const;  // eta' at the time of eta
+  const Vector& present_rates() const;  // eta' at the time of eta
   void add_load_history(Vector amplitude, const History& history);
   void load_amplitudes(double t, Vector& f) const;
   void propagate(const Vector& eta, const Vector& v, Vector& eta_end, Vector& v_end, double* external_work);
@@ -101,7 +98,7 @@ class SuperelementBody final : public Body {
   Placement placement_;
   Scheme scheme_;
   NewmarkOptions newmark_;
-  IndexTable rows_;
+  std::shared_ptr<const IndexTable> rows_;
   Points X_;
   std::vector<NodeSet> sets_;
   std::vector<MeanSet> means_;
@@ -113,8 +110,10 @@ class SuperelementBody final : public Body {
   Vector kick_, friction_kick_, end_kick_;
   bool kicked_ = false, rubbed_ = false, end_kicked_ = false;
   Vector f_, f0_, f1_, work_eta_, work_v_;
+  Points local_;          // impulses in component axes
+  mutable Vector rates_;  // central differences: eta' at the time of eta
   double t_ = 0, h_ = 0, last_h_ = 0;
-  mutable ModalPropagator regular_, other_;  // of the last two step lengths
+  mutable std::shared_ptr<const ModalPropagator> regular_, other_;  // of the last two step lengths
   // Newmark: the step's move; modal accelerations at its start, and at its end before what the move takes from them; of HHT-alpha
   // the last step's move and change of load
   Vector d_, a_, e_, move_, load_change_;

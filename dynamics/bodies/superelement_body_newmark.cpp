@@ -78,28 +78,19 @@ void SuperelementBody::arrive_newmark() {
 
 void SuperelementBody::end_velocities(Index set, Points& v) {
   arrive_newmark();
-  const NodeSet& s = sets_[set];
-  v.setZero(s.X.rows(), 3);
-  if (v_end_.size() > 0) Eigen::Map<Vector>(v.data(), v.size()).noalias() = s.Vt.transpose() * v_end_;
+  sets_[set].rows->displacements(v_end_, placement_.T, v);
 }
 
 NodeResponse SuperelementBody::velocity_response(Index set) const {
-  const Matrix& Vt = sets_[set].Vt;
   NodeResponse response;
-  Matrix S = Matrix::Zero(Vt.cols(), Vt.cols());
-  if (Vt.rows() > 0) S.selfadjointView<Eigen::Lower>().rankUpdate(Vt.transpose());
-  S.triangularView<Eigen::StrictlyUpper>() = S.transpose();
-  response.set_block(std::move(S));
+  response.block = sets_[set].rows->response({ResponseOf::Weight::velocity}, Vector::Ones(form_->omega.size()));
+  response.axes = placement_.T;
   return response;
 }
 
 void SuperelementBody::add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) {
   arrive_newmark();
-  const NodeSet& s = sets_[set];
-  f_.setZero();
-  for (Index i = 0; i < impulses.size(); ++i) {
-    if (impulses.data()[i] != 0) f_ += impulses.data()[i] * s.Vt.col(i);
-  }
+  sets_[set].rows->kick(impulses, placement_.T, local_, f_);
   const double work = f_.dot(v_end_) + 0.5 * f_.squaredNorm();
   (kind == ImpulseKind::friction ? work_.friction : work_.contact) += work;
   v_end_ += f_;

@@ -12,35 +12,33 @@
 namespace cbr {
 
 NodeResponse SuperelementBody::response(Index set, double h) const {
-  const NodeSet& s = sets_[set];
-  // S = V_c diag(w) V_c^T   (3m x 3m), w = sin(omega h)/omega, h, or h/2 / (1 + theta omega^2). Positive weights (exact: below
-  // omega h = pi) are half the work.
-  Vector weight = Vector::Constant(form_->omega.size(), h);
-  if (is_exact()) weight = propagator(h).s;
-  if (scheme_ == Scheme::newmark) weight = 0.5 * newmark_weight(h);
-  NodeResponse response;
-  Matrix S = Matrix::Zero(s.Vt.cols(), s.Vt.cols());
-  if (weight.size() == 0) {  // every dof is held
-  } else if (weight.minCoeff() >= 0) {
-    const Matrix scaled = weight.cwiseSqrt().asDiagonal() * s.Vt;
-    S.selfadjointView<Eigen::Lower>().rankUpdate(scaled.transpose());
+  // S = V_c diag(w) V_c^T   (3m x 3m), w = sin(omega h)/omega, h, or h/2 / (1 + theta omega^2)
+  ResponseOf of{ResponseOf::Weight::central, h, 0};
+  Vector weight;
+  if (is_exact()) {
+    of.weight = ResponseOf::Weight::exact;
+    weight = propagator(h).s;
+  } else if (scheme_ == Scheme::newmark) {
+    of.weight = ResponseOf::Weight::newmark, of.theta = newmark_.stiffness_factor(h);
+    weight = 0.5 * newmark_weight(h);
   } else {
-    S.noalias() = s.Vt.transpose() * (weight.asDiagonal() * s.Vt);
+    weight.setConstant(form_->omega.size(), h);
   }
-  S.triangularView<Eigen::StrictlyUpper>() = S.transpose();
-  response.set_block(std::move(S));
+  NodeResponse response;
+  response.block = sets_[set].rows->response(of, weight);
+  response.axes = placement_.T;
   return response;
 }
 
 Points SuperelementBody::nodal_masses(Index set) const {
-  const NodeSet& s = sets_[set];
+  const auto& nodes = sets_[set].rows->nodes();
   const Index k = superelement_->k(), c = superelement_->c();
   assert(superelement_->M_cc.rows() == c);
-  Points masses(static_cast<Index>(s.nodes.size()), 3);
+  Points masses(static_cast<Index>(nodes.size()), 3);
   for (Index i = 0; i < masses.rows(); ++i) {
     Vector3 of_node = Vector3::Zero();  // component axes
     for (int d = 0; d < 3; ++d) {
-      const Index row = rows_(s.nodes[i], d) - k;
+      const Index row = (*rows_)(nodes[i], d) - k;
       for (Index j = 0; row >= 0 && j < c; ++j)
         of_node[d] += superelement_->dof_component[j] == d ? superelement_->M_cc(j, row) : 0;
     }
@@ -49,22 +47,21 @@ Points SuperelementBody::nodal_masses(Index set) const {
   return masses;
 }
 
-void SuperelementBody::fill_velocity_map(NodeSet& set) const {
-  const Index k = superelement_->k(), c = superelement_->c(), m = static_cast<Index>(set.nodes.size());
+const Matrix& SuperelementBody::velocity_map(const NodeRows& rows) const {
+  if (rows.velocity_map.size() > 0) return rows.velocity_map;
+  const Index k = superelement_->k(), c = superelement_->c();
   assert(superelement_->M_cc.rows() == c);
-  // M^ of unit velocities in scene axes: columns [M_kc; M_cc] T^T   ((k + c) x 3m)
-  Matrix columns = Matrix::Zero(k + c, 3 * m);
-  for (Index i = 0; i < m; ++i) {
-    for (int d = 0; d < 3; ++d) {
-      const Index j = rows_(set.nodes[i], d) - k;
-      if (j < 0) continue;
-      for (int a = 0; a < 3; ++a) {
-        columns.col(3 * i + a).head(k) += placement_.T(a, d) * superelement_->M_kc.col(j);
-        columns.col(3 * i + a).tail(c) += placement_.T(a, d) * superelement_->M_cc.col(j);
-      }
-    }
+  // M^ of unit velocities: columns [M_kc; M_cc]   ((k + c) x 3m)
+  Matrix columns = Matrix::Zero(k + c, rows.n_dofs());
+  for (Index i = 0; i < columns.cols(); ++i) {
+    const Index j = (*rows_)(rows.nodes()[static_cast<std::size_t>(i / 3)], i % 3) - k;
+    if (j < 0) continue;
+    columns.col(i).head(k) = superelement_->M_kc.col(j);
+    columns.col(i).tail(c) = superelement_->M_cc.col(j);
   }
-  set.B.noalias() = form_->V.topRows(k + c).transpose() * columns;  // rows beyond: rotations, whose inertia is their own
+  // Rows of V beyond are rotations, whose inertia is their own
+  rows.velocity_map.noalias() = form_->V.topRows(k + c).transpose() * columns;
+  return rows.velocity_map;
 }
 
 void SuperelementBody::add_load_history(Vector amplitude, const History& history) {
@@ -73,7 +70,7 @@ void SuperelementBody::add_load_history(Vector amplitude, const History& history
   breakpoints_.insert(breakpoints_.end(), history.time.begin(), history.time.end());
   std::sort(breakpoints_.begin(), breakpoints_.end());
   breakpoints_.erase(std::unique(breakpoints_.begin(), breakpoints_.end()), breakpoints_.end());
-  regular_ = other_ = ModalPropagator{};
+  regular_ = other_ = nullptr;
 }
 
 void SuperelementBody::add_force(const Points& forces, const History& history) {
@@ -82,7 +79,7 @@ void SuperelementBody::add_force(const Points& forces, const History& history) {
   for (Index i = 0; i < forces.rows(); ++i) {
     const Vector3 local = placement_.T.transpose() * forces.row(i).transpose();
     for (int d = 0; d < 3; ++d) {
-      if (rows_(i, d) >= 0) f[rows_(i, d)] += local[d];
+      if ((*rows_)(i, d) >= 0) f[(*rows_)(i, d)] += local[d];
     }
   }
   add_load_history(form_->V.transpose() * f, history);
@@ -93,11 +90,11 @@ void SuperelementBody::add_gravity(const Vector3& acceleration, const History& h
 }
 
 // Central differences: the mid-step velocity, half a step on under the internal forces and loads, second order at t_.
-Vector SuperelementBody::present_rates() const {
+const Vector& SuperelementBody::present_rates() const {
   if (scheme_ != Scheme::central_difference) return v_;
-  Vector f(eta_.size());
-  load_amplitudes(t_, f);
-  return v_ + 0.5 * last_h_ * (f - form_->omega.cwiseAbs2().cwiseProduct(eta_));
+  load_amplitudes(t_, rates_);
+  rates_ = v_ + 0.5 * last_h_ * (rates_ - form_->omega.cwiseAbs2().cwiseProduct(eta_));
+  return rates_;
 }
 
 BodyState SuperelementBody::state() const {
@@ -133,7 +130,7 @@ void SuperelementBody::coordinates(Vector& q, Vector& rates) const {
   q.head(k) = all.head(k), rates.head(k) = all_rates.head(k);
   for (Index i = 0; i < n; ++i) {
     for (int d = 0; d < 3; ++d) {
-      if (rows_(i, d) >= 0) q[k + 3 * i + d] = all[rows_(i, d)], rates[k + 3 * i + d] = all_rates[rows_(i, d)];
+      if ((*rows_)(i, d) >= 0) q[k + 3 * i + d] = all[(*rows_)(i, d)], rates[k + 3 * i + d] = all_rates[(*rows_)(i, d)];
     }
   }
 }
