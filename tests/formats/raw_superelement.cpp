@@ -43,7 +43,7 @@ RawFile raw_superelement(const Superelement& s, const std::string& prefix) {
   for (const auto& [name, nodes] : s.nodesets) raw.datasets[prefix + "/nodesets/" + name] = nodes;
   if (s.has_diagonal_form()) {
     raw.datasets[prefix + "/diagonal/omega"] = s.omega;
-    raw.datasets[prefix + "/diagonal/V"] = s.V;
+    raw.datasets[prefix + "/diagonal/V"] = Matrix(s.V);
   }
   for (const auto& recovery : s.recovery) {
     raw.datasets[prefix + "/recovery/nodes/id"] = recovery.node_ids;
@@ -69,7 +69,7 @@ RawFile raw_group(const SuperelementGroup& group) {
                   {"/rigid_body/inertia", Matrix(group.rigid_body.inertia)}};
   if (group.has_diagonal_form()) {
     raw.datasets["/diagonal/omega"] = group.omega;
-    raw.datasets["/diagonal/V"] = group.V;
+    raw.datasets["/diagonal/V"] = Matrix(group.V);
   }
   std::set<Index> nodes;
   Index n_modes = 0;
