@@ -58,6 +58,8 @@ class Body {
   virtual void positions(Index set, Points& x) const = 0;            // now
   virtual void predicted_positions(Index set, Points& x) const = 0;  // at the end of the step, with the impulses added so far
   virtual MotionBound motion_bound(Index set) const = 0;             // precondition: is_exact()
+  virtual MotionBound quick_motion_bound(Index set) const { return motion_bound(set); }  // looser where that is cheaper
+  virtual bool at_rest() const { return false; }  // nothing moves it but impulses: a step leaves it as it is
   // The same for sets of which only the plain mean is asked for; their numbers are of mean_motion() only.
   virtual Index track_mean(const std::vector<Index>& nodes) = 0;
   virtual void mean_motion(Index set, Vector3& position, Vector3& velocity) const = 0;

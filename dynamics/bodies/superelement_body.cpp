@@ -64,45 +64,6 @@ void SuperelementBody::mean_motion(Index set, Vector3& position, Vector3& veloci
   velocity = placement_.T * Vector3(s.Vt->transpose() * present_rates());
 }
 
-MotionBound SuperelementBody::motion_bound(Index set) const {
-  assert(is_exact());
-  const NodeSet& s = sets_[set];
-  const Matrix3& T = placement_.T;
-  const auto Vt = s.rows->Vt();
-  const Index r = form_->n_rigid, e = eta_.size() - r, m = s.X.rows();
-  const auto omega = form_->omega.tail(e).array();
-  Vector force = Vector::Zero(eta_.size());  // largest modal force at any time
-  for (const auto& load : loads_) {
-    double largest = load.history.value.empty() ? 1 : 0;
-    for (const double value : load.history.value) largest = std::max(largest, std::abs(value));
-    force += largest * load.amplitude.cwiseAbs();
-  }
-  // Amplitude sqrt(eta^2 + (v / omega)^2); a force adds at most its impulse / omega.
-  const Vector amplitude = (eta_.tail(e).array().square() + (v_.tail(e).array() / omega).square()).sqrt();
-  const Vector rate = force.tail(e).array() / omega;
-  MotionBound bound;
-  bound.lower = bound.lower_speed = Vector3::Constant(HUGE_VAL);
-  bound.upper = bound.upper_speed = Vector3::Constant(-HUGE_VAL);
-  bound.growth = bound.acceleration = Vector3::Zero();
-  for (Index i = 0; i < m; ++i) {
-    Vector3 u, speed, spread, growth = Vector3::Zero(), acceleration = growth;
-    for (int d = 0; d < 3; ++d) {
-      const auto rigid = Vt.col(3 * i + d).head(r);
-      const auto elastic = Vt.col(3 * i + d).tail(e).cwiseAbs();
-      u[d] = rigid.dot(eta_.head(r)), speed[d] = rigid.dot(v_.head(r)), spread[d] = elastic.dot(amplitude);
-      if (!loads_.empty()) growth[d] = elastic.dot(rate), acceleration[d] = rigid.cwiseAbs().dot(force.head(r));
-    }
-    u = (T * u).eval(), speed = (T * speed).eval();
-    spread = (T.cwiseAbs() * spread).eval();
-    u += s.X.row(i).transpose();
-    bound.lower = bound.lower.cwiseMin(u - spread), bound.upper = bound.upper.cwiseMax(u + spread);
-    bound.lower_speed = bound.lower_speed.cwiseMin(speed), bound.upper_speed = bound.upper_speed.cwiseMax(speed);
-    bound.growth = bound.growth.cwiseMax(T.cwiseAbs() * growth);
-    bound.acceleration = bound.acceleration.cwiseMax(T.cwiseAbs() * acceleration);
-  }
-  return bound;
-}
-
 void SuperelementBody::load_amplitudes(double t, Vector& f) const {
   f.setZero(form_->omega.size());
   for (const auto& load : loads_) f += history_value(load.history, t) * load.amplitude;

@@ -40,6 +40,8 @@ class SuperelementBody final : public Body {
   void positions(Index set, Points& x) const override;
   void predicted_positions(Index set, Points& x) const override;
   MotionBound motion_bound(Index set) const override;
+  MotionBound quick_motion_bound(Index set) const override;
+  bool at_rest() const override { return loads_.empty() && v_.isZero(0) && eta_.isZero(0); }
   Index track_mean(const std::vector<Index>& nodes) override;
   void mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
 
@@ -78,7 +80,8 @@ class SuperelementBody final : public Body {
 
   const Matrix& velocity_map(const NodeRows& rows) const;
   const ModalPropagator& propagator(double h) const;
-  const Vector& present_rates() const;  // eta' at the time of eta
+  const Vector& present_rates() const;
+  MotionBound bound(Index set, bool quick) const;  // eta' at the time of eta
   void add_load_history(Vector amplitude, const History& history);
   void load_amplitudes(double t, Vector& f) const;
   void propagate(const Vector& eta, const Vector& v, Vector& eta_end, Vector& v_end, double* external_work);

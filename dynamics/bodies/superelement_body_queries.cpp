@@ -11,6 +11,57 @@
 
 namespace cbr {
 
+MotionBound SuperelementBody::motion_bound(Index set) const { return bound(set, false); }
+MotionBound SuperelementBody::quick_motion_bound(Index set) const { return bound(set, true); }
+
+// quick: of elastic motion the same spread for all nodes, from the largest that each mode moves one.
+MotionBound SuperelementBody::bound(Index set, bool quick) const {
+  assert(is_exact());
+  const NodeSet& s = sets_[set];
+  const Matrix3& T = placement_.T;
+  const auto Vt = s.rows->Vt();
+  const Index r = form_->n_rigid, e = eta_.size() - r, m = s.X.rows();
+  const auto omega = form_->omega.tail(e).array();
+  Vector force = Vector::Zero(eta_.size());  // largest modal force at any time
+  for (const auto& load : loads_) {
+    double largest = load.history.value.empty() ? 1 : 0;
+    for (const double value : load.history.value) largest = std::max(largest, std::abs(value));
+    force += largest * load.amplitude.cwiseAbs();
+  }
+  // Amplitude sqrt(eta^2 + (v / omega)^2); a force adds at most its impulse / omega.
+  const Vector amplitude = (eta_.tail(e).array().square() + (v_.tail(e).array() / omega).square()).sqrt();
+  const Vector rate = force.tail(e).array() / omega;
+  Vector3 spread = Vector3::Zero(), growth = spread, acceleration = spread;
+  if (quick && e > 0) {
+    const auto envelope = s.rows->envelope().bottomRows(e);
+    spread = envelope.transpose() * amplitude;
+    if (!loads_.empty()) growth = envelope.transpose() * rate;
+  }
+  const bool swings = !quick && !amplitude.isZero(0);
+  MotionBound bound;
+  bound.lower = bound.lower_speed = Vector3::Constant(HUGE_VAL);
+  bound.upper = bound.upper_speed = Vector3::Constant(-HUGE_VAL);
+  bound.growth = bound.acceleration = Vector3::Zero();
+  for (Index i = 0; i < m; ++i) {
+    Vector3 u, speed;
+    for (int d = 0; d < 3; ++d) {
+      const auto rigid = Vt.col(3 * i + d).head(r);
+      const auto elastic = Vt.col(3 * i + d).tail(e).cwiseAbs();
+      u[d] = rigid.dot(eta_.head(r)), speed[d] = rigid.dot(v_.head(r));
+      if (swings) spread[d] = elastic.dot(amplitude);
+      if (loads_.empty()) continue;
+      acceleration[d] = rigid.cwiseAbs().dot(force.head(r));
+      if (!quick) growth[d] = elastic.dot(rate);
+    }
+    const Vector3 x = T * u + s.X.row(i).transpose(), v = T * speed, w = T.cwiseAbs() * spread;
+    bound.lower = bound.lower.cwiseMin(x - w), bound.upper = bound.upper.cwiseMax(x + w);
+    bound.lower_speed = bound.lower_speed.cwiseMin(v), bound.upper_speed = bound.upper_speed.cwiseMax(v);
+    bound.growth = bound.growth.cwiseMax(T.cwiseAbs() * growth);
+    bound.acceleration = bound.acceleration.cwiseMax(T.cwiseAbs() * acceleration);
+  }
+  return bound;
+}
+
 NodeResponse SuperelementBody::response(Index set, double h) const {
   // S = V_c diag(w) V_c^T   (3m x 3m), w = sin(omega h)/omega, h, or h/2 / (1 + theta omega^2)
   ResponseOf of{ResponseOf::Weight::central, h, 0};

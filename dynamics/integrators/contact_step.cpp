@@ -251,6 +251,23 @@ void tie_pairs(Simulation& sim, ContactState& state) {
 
 }  // namespace
 
+void ContactOutcome::start(const Simulation& simulation) {
+  touched.assign(simulation.contact_nodes.size(), 0);
+  near.assign(simulation.pairs.size(), 0), has_met = near;
+  active.assign(simulation.pairs.size(), 0);
+  for (std::size_t p = 0; p < simulation.pairs.size(); ++p) {  // what the scene names is written whether it meets or not
+    if (simulation.pairs[p].of_all) continue;
+    has_met[p] = 1;
+    met.push_back(static_cast<Index>(p));
+  }
+}
+
+void ContactOutcome::next_step() {
+  std::fill(touched.begin(), touched.end(), 0);
+  for (const Index p : searched) near[p] = 0, active[p] = 0;
+  searched.clear();
+}
+
 ContactState start_contact(Simulation& sim) {
   ContactState state;
   const std::size_t n = sim.contact_nodes.size();
@@ -278,14 +295,18 @@ ContactState start_contact(Simulation& sim) {
 
 void contact_step(Simulation& sim, const std::vector<Index>& due, double h, bool initial, ContactState& state,
                   ContactOutcome& outcome) {
-  outcome.touched.assign(sim.contact_nodes.size(), 0);
-  outcome.near.assign(sim.pairs.size(), 0);
-  outcome.active.assign(sim.pairs.size(), 0);
+  outcome.next_step();
+  outcome.searched = due;
   // Penalty knows the start only; impulses see its effect on the end; nodal changes what the others leave.
   for (const Index p : due)
     if (sim.pairs[p].enforcement == Enforcement::penalty) solve_group(sim, {p}, h, initial, state, outcome);
   for (const Enforcement enforcement : {Enforcement::impulse, Enforcement::nodal})
     for (const auto& pairs : islands(sim, due, enforcement)) solve_group(sim, pairs, h, initial, state, outcome);
+  for (const Index p : due) {
+    if (!outcome.near[p] || outcome.has_met[p]) continue;
+    outcome.has_met[p] = 1;
+    outcome.met.push_back(p);
+  }
 }
 
 }  // namespace cbr

@@ -23,6 +23,12 @@ struct ContactOutcome {
   std::vector<char> touched;  // per contact body: got impulses
   std::vector<char> near;     // per pair: had constraints
   std::vector<Index> active;  // per pair: constraints with an impulse
+  std::vector<Index> searched;  // the pairs of the last step: only they have entries other than 0
+  std::vector<Index> met;       // pairs that have had constraints, in that order
+  std::vector<char> has_met;    // per pair
+
+  void start(const Simulation& simulation);
+  void next_step();
 };
 
 // Finds what tied pairs join. InputError: a nodal mass that is not positive; surfaces that are tied and nowhere near each other.

@@ -13,12 +13,14 @@ Recorder::Recorder(Simulation& simulation) : sim_(simulation) {
   result_.monitors.resize(sim_.monitors.size());
   result_.bodies.resize(sim_.bodies.size());
   result_.pairs.resize(sim_.pairs.size());
+  last_.resize(sim_.bodies.size()), work_.resize(sim_.bodies.size());
 }
 
-void Recorder::record(double t, double interval, ContactState& state, const ContactOutcome& outcome) {
+void Recorder::record(double t, double interval, const std::vector<char>& resting, ContactState& state,
+                      const ContactOutcome& outcome) {
   result_.time.push_back(t);
   record_monitors(interval, state);
-  record_energy();
+  record_energy(resting);
   record_pairs(interval, outcome);
   record_pressure(interval, state);
   check_finite(t);
@@ -26,9 +28,14 @@ void Recorder::record(double t, double interval, ContactState& state, const Cont
 
 void Recorder::record_pairs(double interval, const ContactOutcome& outcome) {
   double active = 0;
-  for (Index p = 0; p < static_cast<Index>(sim_.pairs.size()); ++p) {
+  const std::size_t before = result_.time.size() - 1;
+  for (const Index p : outcome.met) {
     ContactPair& pair = sim_.pairs[p];
     RunResult::OfPair& of = result_.pairs[p];
+    if (of.active.size() < before) {  // it has met only now
+      of.active.assign(before, 0), of.penetration = of.residual = of.area = of.active;
+      of.force.values.assign(3 * before, 0), of.center_of_pressure = of.force;
+    }
     of.active.push_back(static_cast<double>(outcome.active[p]));
     of.area.push_back(outcome.active[p] > 0 ? pair.area : 0);
     of.penetration.push_back(pair.recent_penetration);
@@ -73,11 +80,12 @@ void Recorder::record_monitors(double interval, ContactState& state) {
   for (auto& impulses : state.impulses_since_output) impulses.setZero();
 }
 
-void Recorder::record_energy() {
+void Recorder::record_energy(const std::vector<char>& resting) {
   double total = 0, scaled = 0, external = 0, contact = 0, friction = 0, numerical = 0;
   for (std::size_t b = 0; b < sim_.bodies.size(); ++b) {
-    const BodyState now = sim_.bodies[b]->state();
-    const BodyWork work = sim_.bodies[b]->work();
+    if (!resting[b] || result_.time.size() == 1) last_[b] = sim_.bodies[b]->state(), work_[b] = sim_.bodies[b]->work();
+    const BodyState& now = last_[b];
+    const BodyWork& work = work_[b];
     auto& series = result_.bodies[b];
     series.center_of_mass.add(now.center_of_mass);
     series.momentum.add(now.momentum);

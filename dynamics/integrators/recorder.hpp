@@ -13,18 +13,21 @@ class Recorder {
 
   // All bodies are at time t, `interval` after the last record (0: the first). Sums of contact since then are taken and begin anew.
   // RunError when the motion is no longer finite, by time and instance.
-  void record(double t, double interval, ContactState& state, const ContactOutcome& outcome);
+  // resting, per body: has not moved since the last record.
+  void record(double t, double interval, const std::vector<char>& resting, ContactState& state, const ContactOutcome& outcome);
   RunResult& result() { return result_; }
 
  private:
   void record_monitors(double interval, ContactState& state);
-  void record_energy();
+  void record_energy(const std::vector<char>& resting);
   void record_pairs(double interval, const ContactOutcome& outcome);
   void record_pressure(double interval, ContactState& state);
   void check_finite(double t) const;
 
   Simulation& sim_;
   RunResult result_;
+  std::vector<BodyState> last_;  // per body
+  std::vector<BodyWork> work_;
 };
 
 }  // namespace cbr

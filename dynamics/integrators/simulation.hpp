@@ -79,6 +79,12 @@ struct Series3 {
   void add(const Vector3& v) { values.insert(values.end(), v.data(), v.data() + 3); }
 };
 
+// What a run has done, whatever the machine: bodies predicted and accepted; comparisons that tell whether a pair is worth a search;
+// searches of a pair in a step; motion bounds formed.
+struct WorkCounts {
+  Index body_steps = 0, pair_looks = 0, pair_searches = 0, bounds = 0;
+};
+
 struct RunResult {
   std::vector<double> time;
   struct OfMonitor {
@@ -88,6 +94,7 @@ struct RunResult {
     Series3 center_of_mass, momentum, angular_momentum;
     std::vector<double> kinetic_energy, strain_energy;
   };
+  // Of a pair that `contact: all` stands for and that has never come near: empty.
   struct OfPair {
     std::vector<double> active, penetration, residual;  // at the output; largest since the last one
     std::vector<double> area;                           // in contact at the output
@@ -101,6 +108,7 @@ struct RunResult {
   Index contact_steps = 0;         // steps with a constraint of contact
   double contact_rows = 0;         // constraints with an impulse, summed over the steps
   double scaled_energy_share = 0;  // largest share of all energy at an output that was in modes of scaled mass
+  WorkCounts work;
   double largest_rotation = 0;     // rad
   Index most_rotated = -1;         // index into bodies
 };

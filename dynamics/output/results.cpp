@@ -45,6 +45,7 @@ void write_monitors(Hdf5Writer& file, const Simulation& simulation, const RunRes
 void write_contact(Hdf5Writer& file, const Simulation& simulation, const RunResult& result) {
   file.write("/contact/active", result.active);
   for (std::size_t p = 0; p < result.pairs.size(); ++p) {
+    if (result.pairs[p].active.empty()) continue;
     const std::string group = "/contact/" + safe(simulation.pairs[p].name) + "/";
     file.write(group + "active", result.pairs[p].active);
     file.write(group + "penetration", result.pairs[p].penetration);

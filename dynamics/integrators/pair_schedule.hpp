@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Which pairs a step has to look at: far ones cost nothing.
+#pragma once
+
+#include <functional>
+#include <utility>
+#include <vector>
+
+#include "dynamics/integrators/contact_step.hpp"
+#include "dynamics/integrators/simulation.hpp"
+
+namespace cbr {
+
+// A body that no impulse has acted on since its motion bound was formed is free: two free bodies cannot meet before a time that
+// their bounds tell, and their pair waits for it in a queue. One that is pushed in contact, or does not move exactly, is loose: it
+// is stepped, and where it goes in the step is held against the bounds of its partners, one comparison each.
+class PairSchedule {
+ public:
+  // bring(body, step): takes an exact body there. resting, per body: does not move until it is pushed. jumps: false: every pair is
+  // due in every step.
+  PairSchedule(Simulation& simulation, bool jumps, const std::vector<char>& resting, std::function<void(Index, Index)> bring,
+               WorkCounts& counts);
+
+  void start();
+  // First step in which a pair is due by what is known now; `step` when a body is loose.
+  Index next(Index step) const;
+  // The pairs due at the start of the step.
+  void due(Index step, std::vector<Index>& pairs);
+  const std::vector<Index>& loose() const { return loose_; }  // contact bodies
+  // Adds pairs of loose bodies, which are located (start, end and sweep over the step), that come near in it.
+  void add_meetings(Index step, const ContactState& state, std::vector<Index>& pairs);
+  // Bodies whose swept boxes stay well out of each other's reach in this step need no search.
+  bool is_far(Index pair, bool initial, const ContactState& state) const;
+  // After the step that ended at `step`.
+  void update(Index step, const ContactOutcome& outcome);
+
+ private:
+  enum class Kind : char { timed, always, never };
+  struct Known {  // of a contact body
+    MotionBound bound;
+    Index step = -1;    // of the bound; -1: none
+    bool fine = false;  // not the quick one
+    bool loose = false, can_settle = false;
+    Index wait = 1;  // steps in peace before it is free again
+    Box box;         // where a free body is in the step box_step
+    Index box_step = -1;
+  };
+  struct Entry {
+    Index step, pair, stamp;
+    bool operator<(const Entry& other) const { return step > other.step; }  // the earliest on top
+  };
+
+  const TimePlan& plan() const { return sim_.plan; }
+  bool is_free(Index pair) const;
+  Kind kind_of(const ContactPair& pair) const;
+  void enqueue(Index pair, Index step);
+  void take(Index pair, Index step, std::vector<Index>& pairs);
+  void form(Index contact, Index step, bool fine);
+  MotionBound bound_at(Index contact, Index step) const;
+  double steps_apart(Index pair, Index step) const;
+  void schedule(Index pair, Index step);
+  const Box& box_of(Index contact, Index step);
+  void loosen(Index contact);
+
+  Simulation& sim_;
+  const bool jumps_;
+  const std::vector<char>& resting_;
+  std::function<void(Index, Index)> bring_;
+  WorkCounts& counts_;
+  std::vector<Known> known_;                  // per contact body
+  std::vector<std::vector<Index>> pairs_of_;  // per contact body
+  std::vector<Kind> kind_;                    // per pair, as all that follow
+  std::vector<Index> stamp_;                  // of the entry in the queue that counts
+  std::vector<Index> taken_at_;
+  std::vector<Index> wait_, backoff_;  // a pair that stays close is asked ever more seldom when it can be met
+  std::vector<double> largest_face_;
+  std::vector<Entry> queue_;  // a heap
+  std::vector<Index> always_, taken_, loose_, settled_;
+};
+
+}  // namespace cbr
