@@ -38,6 +38,10 @@ void count_work(const Simulation& simulation, const RunResult& result, Report& r
   report.count("jumps", static_cast<double>(result.jumps));
   report.count("contact_steps", static_cast<double>(result.contact_steps));
   report.count("contact_rows", result.contact_rows);
+  report.count("body_steps", static_cast<double>(result.work.body_steps));
+  report.count("pair_looks", static_cast<double>(result.work.pair_looks));
+  report.count("pair_searches", static_cast<double>(result.work.pair_searches));
+  report.count("motion_bounds", static_cast<double>(result.work.bounds));
   report.count("outputs", static_cast<double>(result.time.size()));
 }
 

@@ -26,6 +26,7 @@ struct DiagonalForm {
 struct HeldDirection {
   Index node = 0;     // index into the superelement's nodes
   Vector3 direction;  // unit; the directions of one node are orthogonal
+  bool operator==(const HeldDirection& other) const { return node == other.node && direction == other.direction; }
 };
 
 // Orthonormal basis of space whose first columns span `directions` (at most three, orthogonal): the rest is what they leave free.

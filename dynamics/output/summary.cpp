@@ -174,6 +174,18 @@ std::string numerical_loss(const RunResult& result) {
   return text.str();
 }
 
+// What was done, of what the planned steps of every body and pair would have been.
+void work_line(const BuiltScene& built, const RunResult& result, Report& report) {
+  const Simulation& sim = built.simulation;
+  const Index steps = sim.plan.n_steps();
+  std::ostringstream line;
+  line << "work: " << result.work.body_steps << " of " << steps * static_cast<Index>(sim.bodies.size()) << " body steps";
+  if (!sim.pairs.empty())
+    line << ", " << result.work.pair_searches << " of " << steps * static_cast<Index>(sim.pairs.size()) << " searches of pairs, "
+         << result.work.pair_looks << " comparisons and " << result.work.bounds << " motion bounds to know which";
+  report.line(line.str());
+}
+
 }  // namespace
 
 Balance balance(const RunResult& result) {
@@ -199,6 +211,7 @@ Balance balance(const RunResult& result) {
 void summarise(const BuiltScene& built, const RunResult& result, Report& report) {
   instance_lines(built, report);
   step_lines(built, result, report);
+  work_line(built, result, report);
   const Balance b = balance(result);
   std::ostringstream line;
   line.precision(3);

@@ -88,14 +88,20 @@ InstanceBody BodyMaker::make_scaled_from_matrices(const Instance& instance, cons
   return {std::make_unique<ScaledBody>(instance.name, model, placement_of(instance)), component.rigid_body.mass};
 }
 
+std::shared_ptr<const DiagonalForm> BodyMaker::held_form(const Instance& instance, const ReducedComponent& component) {
+  std::vector<HeldDirection> held = held_directions(scene_, instance, *component.geometry);
+  auto& forms = held_forms_[component.superelement.get()];
+  for (const auto& [known, form] : forms)
+    if (known == held) return form;
+  auto form = std::make_shared<const DiagonalForm>(held_diagonal_form(*component.superelement, held, where(instance)));
+  forms.emplace_back(std::move(held), form);
+  return form;
+}
+
 InstanceBody BodyMaker::make_modal(const Instance& instance, const ReducedComponent& component) {
   if (scales_from_matrices(scene_, instance, component, component.form != nullptr))
     return make_scaled_from_matrices(instance, component);
-  std::shared_ptr<const DiagonalForm> form = component.form;
-  if (is_held(scene_, instance)) {
-    const auto held = held_directions(scene_, instance, *component.geometry);
-    form = std::make_shared<DiagonalForm>(held_diagonal_form(*component.superelement, held, where(instance)));
-  }
+  const std::shared_ptr<const DiagonalForm> form = is_held(scene_, instance) ? held_form(instance, component) : component.form;
   if (scene_.time->mass_scaling && may_touch(scene_, instance)) {
     std::shared_ptr<ScaledModel>& model = scaled_[form.get()];
     if (!model) model = scaled_model(component.superelement, form);

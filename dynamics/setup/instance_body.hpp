@@ -5,6 +5,8 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "dynamics/bodies/coupled_system.hpp"
 #include "dynamics/bodies/scaled_model.hpp"
@@ -37,11 +39,15 @@ class BodyMaker {
   Shelled& shelled(const Instance& instance, const Component& component);
   InstanceBody make_coupled(const Instance& instance, const Geometry& geometry, Shelled& shelled);
   InstanceBody make_scaled_from_matrices(const Instance& instance, const ReducedComponent& component);
+  // One for all instances of a component that are held in the same way, in its own axes.
+  std::shared_ptr<const DiagonalForm> held_form(const Instance& instance, const ReducedComponent& component);
   InstanceBody make_modal(const Instance& instance, const ReducedComponent& component);
   InstanceBody make_modal_with_shells(const Instance& instance, const ReducedComponent& component);
 
   const Scene& scene_;
   std::shared_ptr<RowThreads> threads_;
+  std::map<const Superelement*, std::vector<std::pair<std::vector<HeldDirection>, std::shared_ptr<const DiagonalForm>>>>
+      held_forms_;
   std::map<const void*, std::shared_ptr<ScaledModel>> scaled_;  // by what they were made from: a form or a superelement
   std::map<std::string, Shelled> shelled_;                      // by component, kind and skinned surfaces
 };

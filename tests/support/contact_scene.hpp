@@ -155,6 +155,8 @@ inline Difference difference(const Ran& plain, const Ran& changed, const Change&
       fs = std::max(fs, at(a.monitors[i].force, k).norm());
     }
     for (std::size_t i = 0; i < a.pairs.size(); ++i) {
+      if (a.pairs[i].active.empty() && b.pairs[i].active.empty()) continue;  // one of all that never met
+      if (a.pairs[i].active.empty() != b.pairs[i].active.empty()) return {1, 1, 1, 1, 1, 1};
       d.pairs = std::max(d.pairs, std::abs(a.pairs[i].active[k] - b.pairs[i].active[k]));
       d.pairs = std::max(d.pairs, std::abs(a.pairs[i].penetration[k] - b.pairs[i].penetration[k] / change.length));
       d.pairs = std::max(d.pairs, std::abs(a.pairs[i].area[k] - b.pairs[i].area[k] / std::pow(change.length, 2)));
