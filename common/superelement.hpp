@@ -74,6 +74,9 @@ void write_superelement(const Superelement& superelement, const std::filesystem:
 // neither.
 std::string read_content_hash(const std::filesystem::path& file);
 
+// Whether a superelement's or group's file brings its diagonal form, which is not read for that. InputError: no such file.
+bool stores_diagonal_form(const std::filesystem::path& file);
+
 // Full reduced matrices in the order [k; c].
 Matrix reduced_stiffness(const Superelement& superelement);
 Matrix reduced_mass(const Superelement& superelement);

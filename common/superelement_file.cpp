@@ -264,6 +264,8 @@ void write_superelement(const Superelement& s, const std::filesystem::path& path
   file.commit();
 }
 
+bool stores_diagonal_form(const std::filesystem::path& path) { return Hdf5Reader(path).has("/diagonal"); }
+
 std::string read_content_hash(const std::filesystem::path& path) {
   try {
     const Hdf5Reader file(path);

@@ -39,25 +39,31 @@ std::vector<const Instance*> instances_of(const Scene& scene, const Component& c
   return list;
 }
 
-// Which parts of a file the instances need. Whether the diagonal form is stored is known only when the file has been read.
+// Which parts of a file the instances need.
 struct Needs {
   bool modal = false;     // an instance moves in the diagonal form
   bool matrices = false;  // K_cc, M_cc, M_kc
+  bool diagonal = false;  // the form as it is stored
 };
 
 Needs needs_of(const Scene& scene, const Component& component, const ReducedComponent& reduced, bool has_diagonal_form) {
   Needs needs;
   for (const Instance* instance : instances_of(scene, component, InstanceKind::superelement)) {
     const bool modal = coordinates_of_reduced(scene, *instance, reduced, has_diagonal_form) == Coordinates::modal;
-    const bool as_stored = modal && has_diagonal_form && !is_held(scene, *instance) &&
-                           !has_shells(scene, *instance, *reduced.geometry) && !is_nodal(scene, *instance);
+    const bool as_stored =
+        modal && has_diagonal_form && !is_held(scene, *instance) && !has_shells(scene, *instance, *reduced.geometry);
     needs.modal |= modal;
-    needs.matrices |= !as_stored;
+    needs.diagonal |= as_stored;
+    needs.matrices |= !as_stored || is_nodal(scene, *instance);
   }
   return needs;
 }
 
-SuperelementParts parts_to_read(const Scene& scene, bool matrices) { return {matrices, true, !scene.output.fields.empty()}; }
+SuperelementParts parts_to_read(const Scene& scene, const Needs& needs) {
+  return {needs.matrices, needs.diagonal, !scene.output.fields.empty()};
+}
+
+constexpr SuperelementParts light = {false, false, false};  // enough to tell the needs by
 
 Geometry geometry_of(const JoinedNodes& nodes) {
   Geometry geometry;
@@ -76,7 +82,7 @@ void add_part(std::shared_ptr<const Superelement> superelement, std::vector<Inde
 
 ReducedComponent of_one(const Scene& scene, const Component& component, const BuildOptions& options) {
   const std::filesystem::path& file = component.reduction->superelement;
-  auto superelement = std::make_shared<Superelement>(read_superelement(file, parts_to_read(scene, false)));
+  auto superelement = std::make_shared<Superelement>(read_superelement(file, light));
   ReducedComponent reduced;
   reduced.options = options;
   reduced.geometry = std::make_shared<Geometry>(geometry_of(*superelement));
@@ -85,24 +91,29 @@ ReducedComponent of_one(const Scene& scene, const Component& component, const Bu
   for (Index i = 0; i < superelement->coordinates.rows(); ++i) node.push_back(i);
   add_part(superelement, std::move(node), reduced);
   reduced.n_dofs = superelement->n();
-  const Needs needs = needs_of(scene, component, reduced, superelement->has_diagonal_form());
-  if (needs.matrices) *superelement = read_superelement(file, parts_to_read(scene, true));
+  *superelement = read_superelement(file, parts_to_read(scene, needs_of(scene, component, reduced, stores_diagonal_form(file))));
   reduced.superelement = superelement;
   return reduced;
 }
 
 ReducedComponent of_group(const Scene& scene, const Component& component, const BuildOptions& options) {
-  SuperelementGroup group = read_superelement_group(component.reduction->superelement, parts_to_read(scene, true));
+  const std::filesystem::path& file = component.reduction->superelement;
+  SuperelementGroup group = read_superelement_group(file, light);
   const JoinedNodes nodes = join_nodes(group);
   ReducedComponent reduced;
   reduced.options = options;
   reduced.geometry = std::make_shared<Geometry>(geometry_of(nodes));
   reduced.rigid_body = group.rigid_body;
-  const bool has_diagonal_form = group.has_diagonal_form();
   for (const Superelement& domain : group.domains) reduced.n_modal += domain.k();
   reduced.n_dofs = reduced.n_modal + 3 * nodes.coordinates.rows();
-  if (needs_of(scene, component, reduced, has_diagonal_form).modal)
+  const Needs needs = needs_of(scene, component, reduced, stores_diagonal_form(file));
+  group = read_superelement_group(file, parts_to_read(scene, needs));
+  if (needs.modal) {
+    Vector omega = std::move(group.omega);
+    RowMatrix V = std::move(group.V);
     reduced.superelement = std::make_shared<Superelement>(join(group));
+    reduced.superelement->omega = std::move(omega), reduced.superelement->V = std::move(V);
+  }
   reduced.n_modal = 0;
   for (std::size_t d = 0; d < group.domains.size(); ++d)
     add_part(std::make_shared<Superelement>(std::move(group.domains[d])), nodes.place[d], reduced);
