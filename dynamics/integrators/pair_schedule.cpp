@@ -226,7 +226,7 @@ void PairSchedule::schedule(Index p, Index step) {
 void PairSchedule::loosen(Index c) {
   Known& known = known_[c];
   known.wait = 1;
-  if (known.loose) return;
+  if (known.loose || pairs_of_[c].empty()) return;
   known.loose = true, known.step = -1;
   loose_.push_back(c);
   for (const Index p : pairs_of_[c]) ++stamp_[p];  // what its bound has said of them no longer holds
