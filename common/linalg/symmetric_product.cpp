@@ -111,18 +111,20 @@ void add_block(const Matrix& S, const double* X, Index first, Index last, double
 template <int m>
 void add_product(const Matrix& S, const double* X, double* Y, int threads) {
   const Index n = S.rows(), n_blocks = (n + block_rows - 1) / block_rows;
-  Matrix parts = Matrix::Zero(n * m, n_parts);
+  thread_local Matrix parts;  // kept from call to call; the workers have the caller's
+  parts.setZero(n * m, n_parts);
+  Matrix& sums = parts;
   const int used = n * n < worth_a_thread ? 1 : std::clamp(threads, 1, n_parts);
   run_threads(used, [&](int t) {
     for (int part = t; part < n_parts; part += used) {
       for (Index b = 0; b < n_blocks; ++b) {
         // Rows further down are longer: dealt out there and back
         const Index turn = b % (2 * n_parts), owner = turn < n_parts ? turn : 2 * n_parts - 1 - turn;
-        if (owner == part) add_block<m>(S, X, b * block_rows, std::min(n, (b + 1) * block_rows), parts.col(part).data());
+        if (owner == part) add_block<m>(S, X, b * block_rows, std::min(n, (b + 1) * block_rows), sums.col(part).data());
       }
     }
   });
-  Eigen::Map<Vector>(Y, n * m) += parts.rowwise().sum();
+  Eigen::Map<Vector>(Y, n * m) += sums.rowwise().sum();
 }
 
 }  // namespace

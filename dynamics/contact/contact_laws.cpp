@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "dynamics/contact/dense_panels.hpp"
+
 namespace cbr {
 
 ContactProblem contact_problem(GapResponse W, std::vector<PointLaw> laws) {
@@ -35,7 +37,7 @@ Matrix3 point_block(const ContactProblem& problem, Index point) {
 Vector respond(const ContactProblem& problem, const Vector& p) {
   if (problem.W.is_sparse) return problem.W.sparse * p;
   const auto n_pushed = (p.array() != 0).count();
-  if (4 * n_pushed > p.size()) return problem.W.dense.selfadjointView<Eigen::Lower>() * p;
+  if (4 * n_pushed > p.size()) return symmetric_product(problem.W.dense, p);
   Vector y = Vector::Zero(p.size());
   for (Index j = 0; j < p.size(); ++j)
     if (p[j] != 0) y += p[j] * problem.W.dense.col(j);

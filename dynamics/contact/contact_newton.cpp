@@ -6,6 +6,8 @@
 #include <optional>
 #include <utility>
 
+#include "dynamics/contact/kept_factor.hpp"
+
 namespace cbr {
 
 namespace {
@@ -16,12 +18,16 @@ constexpr std::size_t largest_kept_factor = 2000;
 }  // namespace
 
 struct ContactNewton::Impl {
-  // Kept while nothing slides.
+  // Kept while nothing slides: of `held`, one of the two.
   std::vector<PointState> held;
   std::optional<SetMatrix> matrix;
+  KeptFactor factor;  // dense, not singular; of a set that is not far from `held` when `adapted` is false
+  bool adapted = false;
   LinearSolver kind = LinearSolver::factor;
   std::vector<PointState> settled;  // where the last solve ended
   std::vector<PointState> last;     // of the last step
+  std::vector<Index> rows;
+  Vector b, x;
 
   // A set that a whole solve has stood is factored: it is likely to stand again.
   LinearSolver choice(const ContactProblem& problem, const ContactSet& set, LinearSolver wanted) const {
@@ -34,13 +40,39 @@ struct ContactNewton::Impl {
     const double reduction = set.states == last ? 1e-8 : 1e-3;
     last = set.states;
     if (set.slides_anywhere()) return SetMatrix(problem, set, linear).solve(g, p, reduction);
-    const bool stands = matrix && held == set.states;
+    const bool same = held == set.states;
+    if (same && adapted) return solve_kept(g);
     const LinearSolver chosen = choice(problem, set, linear);
-    if (!stands || (chosen == LinearSolver::factor && kind != chosen)) {
-      matrix.emplace(problem, set, chosen);
-      held = set.states, kind = chosen;
+    if (same && matrix && (kind == LinearSolver::factor || chosen != LinearSolver::factor)) return matrix->solve(g, p, reduction);
+    held = set.states;
+    if (!problem.W.is_sparse) {
+      closed_rows(problem, set);
+      adapted = (chosen == LinearSolver::factor || factor.is_near(rows)) && factor.adapt(problem.W.dense, rows);
+      if (adapted) {
+        matrix.reset();
+        return solve_kept(g);
+      }
     }
+    matrix.emplace(problem, set, chosen);
+    kind = chosen;
     return matrix->solve(g, p, reduction);
+  }
+
+  void closed_rows(const ContactProblem& problem, const ContactSet& set) {
+    rows.clear();
+    for (Index i = 0; i < problem.n_points(); ++i) {
+      const Index first = problem.first[i], n = set.states[i] == PointState::open ? 0 : set.states[i] == PointState::stick ? 3 : 1;
+      for (Index d = 0; d < n; ++d)
+        if (problem.diagonal[first + d] > 0) rows.push_back(first + d);
+    }
+  }
+
+  Vector solve_kept(const Vector& g) {
+    Vector p = Vector::Zero(g.size());
+    b = -g(rows);
+    factor.solve(b, x);
+    p(rows) = x;
+    return p;
   }
 };
 
@@ -75,6 +107,28 @@ void line_search(const ContactProblem& problem, const Vector& target, const Vect
 }
 
 }  // namespace
+
+NewtonResult ContactNewton::solve_standing(const ContactProblem& problem, const Vector& g, double tolerance) {
+  NewtonResult result;
+  if (!impl_->adapted || impl_->last != impl_->held) return result;
+  result.p = impl_->solve_kept(g);
+  result.gap = g + respond(problem, result.p);
+  result.iterations = 1;
+  const Vector before = result.p;
+  project(problem, result.p);
+  result.residual = law_violations(problem, before, result.gap).lpNorm<Eigen::Infinity>();
+  result.converged = before == result.p && result.residual <= tolerance + gap_round_off(problem, result.p);
+  return result;
+}
+
+void ContactNewton::renumber(const std::vector<Index>& from) {
+  impl_->held.clear(), impl_->settled.clear(), impl_->last.clear();
+  impl_->matrix.reset();
+  impl_->adapted = false;
+  impl_->factor.renumber(from);
+}
+
+Index ContactNewton::n_factored() const { return impl_->factor.n_factored(); }
 
 NewtonResult ContactNewton::solve(const ContactProblem& problem, const Vector& g, Vector p, Vector gap, LinearSolver linear,
                                   int max_iterations, double tolerance) {

@@ -32,6 +32,11 @@ class ContactNewton {
   // From p (m) and gap = g + W p; `tolerance` is a length. The same problem in every call.
   NewtonResult solve(const ContactProblem& problem, const Vector& g, Vector p, Vector gap, LinearSolver linear, int max_iterations,
                      double tolerance);
+  // With the factor of the rows that the last solve ended with, where it is kept: converged when that solves this g too.
+  NewtonResult solve_standing(const ContactProblem& problem, const Vector& g, double tolerance);
+  // W has got other rows: i was from[i] before, with the same entries of W, or is new (-1). The factor is adapted.
+  void renumber(const std::vector<Index>& from);
+  Index n_factored() const;  // factors of dense symmetric matrices so far that were not adapted ones
 
  private:
   struct Impl;

@@ -71,6 +71,28 @@ class Methods {
     best.offer(problem_, scale, std::move(result.p), std::move(result.gap), result.residual);
   }
 
+  // With what is factored for the last set: false when that does not solve it.
+  bool standing(const Vector& g, double scale, Best& best) {
+    NewtonResult result = newton_.solve_standing(problem_, g, aim * scale);
+    best.iterations += result.iterations;
+    if (!result.converged) return false;
+    best.offer(problem_, scale, std::move(result.p), std::move(result.gap), result.residual);
+    return true;
+  }
+
+  void renumber(GapResponse W, std::vector<PointLaw> laws, const std::vector<Index>& from) {
+    const std::vector<Index> first = problem_.first;
+    problem_ = contact_problem(std::move(W), std::move(laws));
+    std::vector<Index> rows(static_cast<std::size_t>(problem_.n_rows()), -1);
+    for (std::size_t i = 0; i < from.size(); ++i)
+      for (Index d = 0; from[i] >= 0 && d < n_rows(problem_.laws[i].law); ++d) rows[problem_.first[i] + d] = first[from[i]] + d;
+    newton_.renumber(rows);
+    sweeps_.reset();
+    norm_ = 0;
+  }
+
+  Index n_factored() const { return newton_.n_factored(); }
+
   // Newton with the share of all friction coefficients; p and gap are where to start from, and the result when it converged.
   bool newton_with(double share, const Vector& g, double scale, Best& best, Vector& p, Vector& gap) {
     const std::vector<PointLaw> laws = problem_.laws;
@@ -110,6 +132,7 @@ class Methods {
 // Newton's first attempt, warm from `guess` or from a few sweeps, and with factors when Krylov methods fail.
 void attempt(Methods& methods, const Vector& g, const Vector& guess, double scale, Best& best) {
   const ContactProblem& problem = methods.problem();
+  if (methods.standing(g, scale, best)) return;
   Best start;
   Vector p = guess.size() == g.size() ? guess : Vector::Zero(g.size());
   project(problem, p);
@@ -220,6 +243,16 @@ ContactSolver::ContactSolver(ContactSolver&&) noexcept = default;
 ContactSolver& ContactSolver::operator=(ContactSolver&&) noexcept = default;
 
 const GapResponse& ContactSolver::W() const { return impl_->methods.problem().W; }
+
+double ContactSolver::largest_violation(const Vector& p, const Vector& gap) const {
+  return p.size() > 0 ? law_violations(impl_->methods.problem(), p, gap).lpNorm<Eigen::Infinity>() : 0;
+}
+
+void ContactSolver::renumber(GapResponse W, std::vector<PointLaw> laws, const std::vector<Index>& from) {
+  impl_->methods.renumber(std::move(W), std::move(laws), from);
+}
+
+Index ContactSolver::n_factored() const { return impl_->methods.n_factored(); }
 
 ContactSolution ContactSolver::solve(const Vector& g, const Vector& guess) {
   Methods& methods = impl_->methods;

@@ -35,6 +35,11 @@ class ContactSolver {
   const GapResponse& W() const;
   // `guess`: impulses of the last step (same rows), or empty: where to start from.
   ContactSolution solve(const Vector& g, const Vector& guess);
+  // Largest violation of a law, a length (see ContactSolution::residual); `gap` need not be that of W and p.
+  double largest_violation(const Vector& p, const Vector& gap) const;
+  // Other points: i was point from[i] before, with the same law and entries of W, or is new (-1). What was factored is adapted.
+  void renumber(GapResponse W, std::vector<PointLaw> laws, const std::vector<Index>& from);
+  Index n_factored() const;  // dense symmetric factors so far that were not adapted from the one before
 
  private:
   struct Impl;

@@ -15,9 +15,11 @@ namespace cbr {
 
 // All contact nodes of one body; m nodes, numbered 0 .. m - 1.
 struct ContactBody {
-  Points start, end;      // m x 3: positions now and predicted for the end of the step
-  Points impulses;        // m x 3: of this step, filled by the enforcement; without friction
-  Points friction;        // m x 3: of this step, of friction
+  Points start, end;  // m x 3: positions now and predicted for the end of the step
+  Points impulses;    // m x 3: of this step, filled by the enforcement; without friction
+  Points friction;    // m x 3: of this step, of friction
+  Points move;        // m x 3: what both together do to `end`, where the enforcement knows it already (has_move)
+  bool has_move = false;
   NodeResponse response;  // for the step length response_h
   double response_h = 0;
   NodeResponse velocity_response;  // under newmark: of the velocities at the end of a step, once asked for

@@ -7,29 +7,10 @@
 #include <cmath>
 #include <utility>
 
+#include "dynamics/contact/packing.hpp"
+
 namespace cbr {
 namespace {
-
-// Rows of a points x 3 table as the solver has them, and back.
-Vector pack(const Points& table, const std::vector<PointLaw>& laws) {
-  const std::vector<Index> first = first_rows(laws);
-  Vector rows(first.back());
-  for (Index i = 0; i < table.rows(); ++i) rows.segment(first[i], n_rows(laws[i].law)) = table.row(i).head(n_rows(laws[i].law));
-  return rows;
-}
-
-Points unpack(const Vector& rows, const std::vector<PointLaw>& laws) {
-  const std::vector<Index> first = first_rows(laws);
-  Points table = Points::Zero(static_cast<Index>(laws.size()), 3);
-  for (Index i = 0; i < table.rows(); ++i) table.row(i).head(n_rows(laws[i].law)) = rows.segment(first[i], n_rows(laws[i].law));
-  return table;
-}
-
-Points gaps(const ContactList& list) {
-  Points g(static_cast<Index>(list.points.size()), 3);
-  for (Index i = 0; i < g.rows(); ++i) g.row(i) = list.points[i].gap.transpose();
-  return g;
-}
 
 EnforcementResult solve(ContactSolver& solver, const ContactList& list, const std::vector<PointLaw>& laws, const Points& guess) {
   const ContactSolution solution = solver.solve(pack(gaps(list), laws), pack(guess, laws));
@@ -74,11 +55,6 @@ void fit_spring(double lambda, double h, double x, double damping, PenaltyMemory
   memory.dashpot = 2 * damping * std::sqrt(memory.stiffness * h / lambda);
 }
 
-bool same_laws(const std::vector<PointLaw>& a, const std::vector<PointLaw>& b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
-                    [](const PointLaw& x, const PointLaw& y) { return x.law == y.law && x.friction == y.friction; });
-}
-
 // Points that are closed or tied: those that got an impulse.
 std::vector<Index> points_with_impulse(const std::vector<PointLaw>& laws, const Points& p) {
   std::vector<Index> rows;
@@ -102,21 +78,7 @@ ContactList points_of(const ContactList& list, const std::vector<Index>& rows) {
   return some;
 }
 
-// Rows that differ by round-off give the same impulses to round-off.
-constexpr double same_row_tolerance = 1e-11;
-
 }  // namespace
-
-EnforcementResult enforce_impulse(const ContactList& list, const std::vector<PointLaw>& laws, const Points& guess, double h,
-                                  std::vector<ContactBody>& bodies, ImpulseMemory& memory) {
-  if (!memory.solver || memory.h != h || !same_laws(laws, memory.laws) || !same_rows(list, memory.rows, laws, same_row_tolerance)) {
-    memory.rows = list, memory.laws = laws, memory.h = h;
-    memory.solver.emplace(gap_response(list, laws, bodies), laws);
-  }
-  EnforcementResult result = solve(*memory.solver, list, laws, guess);
-  spread_impulses(memory.rows, laws, result.p, bodies);
-  return result;
-}
 
 Points settle_velocities(const ContactList& list, const std::vector<PointLaw>& laws, const Points& p, const Points& velocities,
                          std::vector<ContactBody>& bodies, ImpulseMemory& memory) {

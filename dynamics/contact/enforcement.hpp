@@ -6,9 +6,11 @@
 #include <optional>
 #include <vector>
 
+#include "dynamics/contact/body_moves.hpp"
 #include "dynamics/contact/contact_point.hpp"
 #include "dynamics/contact/contact_solver.hpp"
 #include "dynamics/contact/contact_surface.hpp"
+#include "dynamics/contact/defect_model.hpp"
 
 namespace cbr {
 
@@ -20,18 +22,42 @@ struct EnforcementResult {
   bool fallback = false;
 };
 
+// Where a row of W_0 belongs: the slave's slot, which of its points, and between which bodies.
+struct PointKey {
+  Index slave = 0, master = 0, slot = 0, node = 0, ordinal = 0;
+  ContactLaw law = ContactLaw::frictionless;
+  bool operator==(const PointKey&) const = default;
+};
+
+// How a W_0 that is not quite that of the step is used.
+struct CorrectionOptions {
+  Index least_rows = 48;     // with fewer rows W is formed anew in each step
+  double tolerance = 1e-11;  // of the laws with the true W, as a share of the largest |g|
+};
+
 // Kept from step to step by a group of points that is solved together.
 struct ImpulseMemory {
-  ContactList rows;  // those that W was formed from
+  ContactList rows;  // those that W was formed from: W_0 when they are not those of the step
   std::vector<PointLaw> laws;
   double h = 0;
   std::optional<ContactSolver> solver;
+  CorrectionOptions options;
+  std::vector<PointKey> keys, new_keys;  // of the points of W_0; of the step
+  DefectModel defects;                   // of W_0
+  double first_error = 0;                // of the last corrected step's first product, as a share of the largest |g|
+  double extra = 0;                      // products since W was formed beyond one a step
+  BodyMoves moves;                       // of this step's impulses
+  Index wait = 0, backoff = 1;           // steps in which W is formed anew without an attempt to keep it, once one has failed
+  // So far: times that W was formed, or points were added to or taken from it; corrected steps, and their products
+  Index n_formed = 0, n_changed = 0, n_steps = 0, n_pushes = 0;
 };
 
 // `impulse`: 0 <= p, 0 <= g_end, p . g_end = 0 with g_end = g + W p the gap at the END of the step (Carpenter, Taylor, Katona 1991,
 // doi 10.1002/nme.1620320107, with the bodies' full response); with friction, Coulomb's law for the slip over the step; tied points
-// stay together. Adds to the bodies' impulses. `guess`: impulses of the last step (as EnforcementResult::p). W and its factor are
-// kept while the rows of G stand.
+// stay together. Adds to the bodies' impulses and fills their moves. `guess`: impulses of the last step (as EnforcementResult::p).
+// W and its factor are kept while the rows of G stand. A dense W is kept also while they change little: with W_0 in its place the
+// impulses leave a defect (W - W_0) p, which products with the bodies' own responses tell and the next solution takes into g, until
+// the laws hold with W.
 EnforcementResult enforce_impulse(const ContactList& list, const std::vector<PointLaw>& laws, const Points& guess, double h,
                                   std::vector<ContactBody>& bodies, ImpulseMemory& memory);
 

@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/contact/node_response.hpp"
 
+#include <vector>
+
+#include "common/program.hpp"
+#include "dynamics/contact/dense_panels.hpp"
+
 namespace cbr {
 
 Matrix NodeResponse::dense() const {
@@ -17,14 +22,15 @@ void NodeResponse::add_product(const Points& p, Points& x) const {
     Eigen::Map<Vector>(x.data(), x.size()) += diagonal.cwiseProduct(Eigen::Map<const Vector>(p.data(), p.size()));
     return;
   }
-  Points moved = Points::Zero(p.rows(), 3);
-  Eigen::Map<Vector> y(moved.data(), moved.size());
+  const Index n = block->rows();
+  Matrix local(n, 1), moved = Matrix::Zero(n, 1);
+  std::vector<Index> columns;
   for (Index i = 0; i < p.rows(); ++i) {
-    if (p.row(i).isZero(0)) continue;
-    const Vector3 local = axes.transpose() * p.row(i).transpose();
-    y.noalias() += block->middleCols<3>(3 * i) * local;
+    local.col(0).segment<3>(3 * i) = axes.transpose() * p.row(i).transpose();
+    for (int c = 0; c < 3 && !p.row(i).isZero(0); ++c) columns.push_back(3 * i + c);
   }
-  x += moved * axes.transpose();
+  add_columns(*block, columns, local, moved, n_threads());
+  for (Index i = 0; i < x.rows(); ++i) x.row(i) += (axes * moved.col(0).segment<3>(3 * i)).transpose();
 }
 
 }  // namespace cbr

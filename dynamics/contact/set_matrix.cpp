@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "common/linalg/sparse_cholesky.hpp"
+#include "dynamics/contact/dense_panels.hpp"
 #include "dynamics/contact/krylov.hpp"
 
 namespace cbr {
@@ -153,7 +154,7 @@ Vector SetMatrix::Impl::back_solve(const Vector& b) const {
 
 Vector SetMatrix::Impl::closed_response(const Vector& p) const {
   if (problem->W.is_sparse) return sparse * p;
-  if (dense.size() > 0) return dense.selfadjointView<Eigen::Lower>() * p;
+  if (dense.size() > 0) return symmetric_product(dense, p);
   Vector all = Vector::Zero(problem->n_rows());
   all(bases.rows) = p;
   return respond(*problem, all)(bases.rows);

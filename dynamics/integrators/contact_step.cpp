@@ -25,12 +25,13 @@ void deliver(Simulation& sim, const ContactGroup& group, bool nodal, double h, C
       contact.end += h * (velocities.rowwise() + extra.transpose());
     } else if (pushed) {
       body.add_impulses(nodes.set, contact.impulses, ImpulseKind::contact);
-      contact.response.add_product(contact.impulses, contact.end);
+      if (!contact.has_move) contact.response.add_product(contact.impulses, contact.end);
     }
     if (rubbed) {
       body.add_impulses(nodes.set, contact.friction, ImpulseKind::friction);
-      contact.response.add_product(contact.friction, contact.end);
+      if (!contact.has_move) contact.response.add_product(contact.friction, contact.end);
     }
+    if (contact.has_move) contact.end += contact.move;
     if (pushed || rubbed) sweep(contact);
     if (pushed) state.impulses_since_output[b] += contact.impulses;
     if (rubbed) state.impulses_since_output[b] += contact.friction;
@@ -98,6 +99,7 @@ void prepare(const Simulation& sim, const ContactGroup& group, double h, Contact
   for (const Index b : group.bodies) {
     ContactBody& body = state.bodies[b];
     body.impulses.setZero(), body.friction.setZero();
+    body.has_move = false;
     if (body.response_h == h) continue;
     body.response = sim.bodies[sim.contact_nodes[b].body]->response(sim.contact_nodes[b].set, h);
     body.response_h = h;
