@@ -3,7 +3,9 @@
 // n, four layers each), pressed together over all of their facing sides while the wave of their impact runs to the back and
 // returns, frictionless impulse. CSV to stdout, one row per model (mesh, superelement), formulation (node-face, mortar) and n:
 // seconds a step by phase, medians over the later half of the steps, and after each series the exponent of their growth. The
-// smallest of each series is checked against the program's own time loop. Arguments: largest number of contact nodes (of the slave
+// smallest of each series is checked against the program's own time loop. Of a dense response also what a step must read at least
+// (half of the block that the bodies share, or of each body's, once) over the rate of a triad in the same run, as a share of what
+// the impulses took. Arguments: largest number of contact nodes (of the slave
 // side; default 2100, 10000 takes minutes), the same for superelements (default 1100: their interface is dense).
 #include <algorithm>
 #include <chrono>
@@ -13,6 +15,9 @@
 #include <string>
 #include <vector>
 
+#include "common/parallel.hpp"
+#include "common/program.hpp"
+#include "dynamics/contact/enforcement.hpp"
 #include "dynamics/contact/mortar.hpp"
 #include "dynamics/integrators/contact_step.hpp"
 #include "tests/support/scene_run.hpp"
@@ -47,13 +52,13 @@ class Clock {
 
 // Seconds of one step.
 struct Phases {
-  double bodies = 0, detection = 0, response = 0, solve = 0;
-  double total() const { return bodies + detection + response + solve; }
+  double bodies = 0, detection = 0, impulses = 0;
+  double total() const { return bodies + detection + impulses; }
 };
 
 Phases medians(const std::vector<Phases>& steps) {
   Phases result;
-  for (double Phases::*phase : {&Phases::bodies, &Phases::detection, &Phases::response, &Phases::solve}) {
+  for (double Phases::*phase : {&Phases::bodies, &Phases::detection, &Phases::impulses}) {
     std::vector<double> seconds;
     for (const Phases& of : steps) seconds.push_back(of.*phase);
     std::nth_element(seconds.begin(), seconds.begin() + static_cast<std::ptrdiff_t>(seconds.size() / 2), seconds.end());
@@ -65,8 +70,9 @@ Phases medians(const std::vector<Phases>& steps) {
 struct Measured {
   Index nodes = 0, points = 0, active = 0;
   Phases median;
-  Index timed = 0, responses = 0;  // steps that count; those of them in which W was formed anew
-  int iterations = 0;              // the most of a step
+  Index timed = 0, formed = 0;        // steps that count; times that W was formed anew in them
+  Index products = 0;                 // with the bodies' responses, in the steps in which W was kept
+  double bytes = 0, least_bytes = 0;  // of dense responses: read by products in a step, and what one step must read
   double residual = 0;
 };
 
@@ -81,18 +87,21 @@ class Stepper {
     const Index steps = sim_.plan.n_steps();
     std::vector<Phases> timed;
     for (Index step = 0; step < steps; ++step) {
-      formed_ = false;
       const Phases phases = advance(step);
-      if (step < steps / 2) continue;
+      if (step < steps / 2) {
+        result.formed = -memory_.n_formed, result.products = -memory_.n_pushes, result.bytes = -memory_.moves.bytes();
+        continue;
+      }
       timed.push_back(phases);
-      result.responses += formed_;
-      result.iterations = std::max(result.iterations, solution_.iterations);
       result.residual = std::max(result.residual, solution_.residual);
     }
     result.timed = static_cast<Index>(timed.size());
+    result.formed += memory_.n_formed, result.products += memory_.n_pushes;
+    result.bytes = (result.bytes + memory_.moves.bytes()) / static_cast<double>(result.timed);
+    result.least_bytes = least_bytes();
     result.median = medians(timed);
     result.points = static_cast<Index>(list_.points.size());
-    result.active = (solution_.p.array() > 0).count();
+    result.active = (solution_.p.col(0).array() > 0).count();
     return result;
   }
 
@@ -112,10 +121,8 @@ class Stepper {
     detect(step == 0);
     phases.detection += clock.lap();
     if (!list_.empty()) {
-      respond(h);
-      phases.response += clock.lap();
-      solve();
-      phases.solve += clock.lap();
+      push(h);
+      phases.impulses += clock.lap();
     }
     for (auto& body : sim_.bodies) body->accept();
     phases.bodies += clock.lap();
@@ -132,8 +139,8 @@ class Stepper {
     }
   }
 
-  // W, when the rows are not those of the last step.
-  void respond(double h) {
+  void push(double h) {
+    const Index n = static_cast<Index>(list_.points.size());
     laws_.assign(list_.points.size(), pair_.law);
     for (std::size_t b = 0; b < state_.bodies.size(); ++b) {
       ContactBody& body = state_.bodies[b];
@@ -142,41 +149,58 @@ class Stepper {
       body.response = sim_.bodies[sim_.contact_nodes[b].body]->response(sim_.contact_nodes[b].set, h);
       body.response_h = h;
     }
-    if (solver_ && h == h_ && laws_.size() == rows_.points.size() && cbr::same_rows(list_, rows_, laws_, 1e-11)) return;
-    solver_.emplace(cbr::gap_response(list_, laws_, state_.bodies), laws_);
-    rows_ = list_, h_ = h, formed_ = true;
-  }
-
-  void solve() {
-    const Index n = static_cast<Index>(list_.points.size());
-    Vector gap(n), guess = Vector::Zero(n);
-    for (Index i = 0; i < n; ++i) {
+    Points guess = Points::Zero(n, 3);
+    for (Index i = 0; pair_.memory.impulse.rows() > 0 && i < n; ++i) {
       const auto& point = list_.points[static_cast<std::size_t>(i)];
-      gap[i] = point.gap[0];
-      if (pair_.memory.impulse.rows() > 0) guess[i] = pair_.memory.impulse.row(point.slot).dot(point.frame.row(0));
+      guess.row(i) = pair_.memory.impulse.row(point.slot) * point.frame.transpose();
     }
-    solution_ = solver_->solve(gap, guess);
-    Points p = Points::Zero(n, 3), end = p;
-    p.col(0) = solution_.p, end.col(0) = solution_.gap;
-    cbr::spread_impulses(list_, laws_, p, state_.bodies);
+    solution_ = cbr::enforce_impulse(list_, laws_, guess, h, state_.bodies, memory_);
     for (std::size_t b = 0; b < state_.bodies.size(); ++b) {
       ContactBody& body = state_.bodies[b];
       sim_.bodies[sim_.contact_nodes[b].body]->add_impulses(sim_.contact_nodes[b].set, body.impulses);
-      body.response.add_product(body.impulses, body.end);
+      body.end += body.move;
     }
-    cbr::remember(list_, 0, list_.points.size(), end, p, 1e-6 * pair_.master.size, pair_.memory);
+    cbr::remember(list_, 0, list_.points.size(), solution_.gap, solution_.p, 1e-6 * pair_.master.size, pair_.memory);
+  }
+
+  // One triangle of each block, of one that is shared once.
+  double least_bytes() const {
+    double bytes = 0;
+    for (std::size_t b = 0; b < state_.bodies.size(); ++b) {
+      const auto& block = state_.bodies[b].response.block;
+      const bool counted = b > 0 && block == state_.bodies[b - 1].response.block;
+      if (block && !counted) bytes += 4.0 * static_cast<double>(block->size());
+    }
+    return bytes;
   }
 
   cbr::Simulation& sim_;
   ContactPair& pair_;
   cbr::ContactState state_;
-  ContactList list_, rows_;
+  ContactList list_;
   std::vector<PointLaw> laws_;
-  std::optional<cbr::ContactSolver> solver_;
-  cbr::ContactSolution solution_;
-  double h_ = 0;
-  bool formed_ = false;
+  cbr::ImpulseMemory memory_;
+  cbr::EnforcementResult solution_;
 };
+
+// Bytes a second of a = b + s c over arrays that no cache holds (McCalpin 1995), both threads of the machine or as many as there
+// are.
+double triad() {
+  const Index n = 1 << 23;
+  const Vector b = Vector::Constant(n, 1), c = Vector::Constant(n, 2);
+  Vector a = b;
+  double best = 0;
+  for (int run = 0; run < 4; ++run) {
+    Clock clock;
+    const int threads = cbr::n_threads();
+    cbr::run_threads(threads, [&](int t) {
+      const Index first = n * t / threads, rows = n * (t + 1) / threads - first;
+      a.segment(first, rows) = b.segment(first, rows) + 0.5 * c.segment(first, rows);
+    });
+    best = std::max(best, 24.0 * static_cast<double>(n) / clock.lap());
+  }
+  return best;
+}
 
 cbr::Mesh plate(Index n, double thickness) {
   cbr::test::BlockShape shape;
@@ -198,27 +222,29 @@ std::string scene(const std::string& as, const std::string& formulation, double 
          "}\ntime: {end: " + end + ", step: " + cbr::test::text(h) + "}\noutput: {every: " + end + "}\n";
 }
 
-void print(const std::string& as, const std::string& formulation, const Measured& m) {
-  std::printf("%s,%s,%td,%td,%td,%.3e,%.3e,%.3e,%.3e,%.3e,%.2f,%d,%.1e\n", as.c_str(), formulation.c_str(), m.nodes, m.points,
-              m.active, m.median.bodies, m.median.detection, m.median.response, m.median.solve, m.median.total(),
-              static_cast<double>(m.responses) / static_cast<double>(m.timed), m.iterations, m.residual);
+void print(const std::string& as, const std::string& formulation, const Measured& m, double bandwidth) {
+  const double timed = static_cast<double>(m.timed), corrected = timed - static_cast<double>(m.formed);
+  std::printf("%s,%s,%td,%td,%td,%.3e,%.3e,%.3e,%.3e,%.2f,%.2f,%.3e,%.2f,%.1e\n", as.c_str(), formulation.c_str(), m.nodes,
+              m.points, m.active, m.median.bodies, m.median.detection, m.median.impulses, m.median.total(),
+              static_cast<double>(m.formed) / timed, corrected > 0 ? static_cast<double>(m.products) / corrected : 0.0, m.bytes,
+              m.least_bytes / bandwidth / m.median.impulses, m.residual);
   std::fflush(stdout);
 }
 
 // Exponents of seconds ~ nodes^a, by least squares over a series from `first` on.
 void print_growth(const std::string& as, const std::string& formulation, const std::vector<Measured>& series, std::size_t first) {
   std::vector<double> n;
-  std::vector<std::vector<double>> seconds(5);
+  std::vector<std::vector<double>> seconds(4);
   for (std::size_t i = first; i < series.size(); ++i) {
     const Phases& of = series[i].median;
     n.push_back(static_cast<double>(series[i].nodes));
-    const double values[] = {of.bodies, of.detection, of.response, of.solve, of.total()};
-    for (std::size_t phase = 0; phase < 5; ++phase) seconds[phase].push_back(values[phase]);
+    const double values[] = {of.bodies, of.detection, of.impulses, of.total()};
+    for (std::size_t phase = 0; phase < 4; ++phase) seconds[phase].push_back(values[phase]);
   }
   if (n.size() < 2) return;
   std::printf("growth,%s %s from %.0f nodes", as.c_str(), formulation.c_str(), n.front());
-  const char* names[] = {"bodies", "detection", "response", "solve", "total"};
-  for (std::size_t phase = 0; phase < 5; ++phase)
+  const char* names[] = {"bodies", "detection", "impulses", "total"};
+  for (std::size_t phase = 0; phase < 4; ++phase)
     std::printf(",%s %.2f", names[phase], cbr::test::observed_order(n, seconds[phase]));
   std::printf("\n");
 }
@@ -240,9 +266,11 @@ bool same_motion(const cbr::Simulation& timed, const cbr::test::SceneFolder& fol
 int main(int argc, char** argv) {
   const Index largest = argc > 1 ? std::atol(argv[1]) : 2100, largest_reduced = argc > 2 ? std::atol(argv[2]) : 1100;
   const double wave = std::sqrt(modulus * 1.35 / density);  // longitudinal, nu = 0.3
+  const double bandwidth = triad();
   bool same = true;
   std::printf(
-      "model,formulation,slave nodes,points,active,bodies s,detection s,response s,solve s,step s,W formed,iterations,residual\n");
+      "model,formulation,slave nodes,points,active,bodies s,detection s,impulses s,step s,W formed,products,bytes read,share of "
+      "bandwidth,residual\n");
   for (const std::string as : {"mesh", "superelement"}) {
     for (const std::string formulation : {"node-face", "mortar"}) {
       std::vector<Measured> series;
@@ -255,7 +283,7 @@ int main(int argc, char** argv) {
         const std::string yaml = scene(as, formulation, thickness, h, 1e-3 * wave);
         cbr::test::Ran ran = folder.prepare(yaml);
         series.push_back(Stepper(ran.built.simulation).run());
-        print(as, formulation, series.back());
+        print(as, formulation, series.back(), bandwidth);
         if (n == 9 && !same_motion(ran.built.simulation, folder, yaml)) {
           std::printf("the program's own loop moves otherwise\n");
           same = false;

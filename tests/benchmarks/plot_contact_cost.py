@@ -10,7 +10,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
 PHASES = (("step s", "whole step", "#222222"), ("bodies s", "bodies", "#999999"), ("detection s", "detection", "#1f3b73"),
-          ("response s", "response W", "#e07b00"), ("solve s", "solution", "#2a9d4a"))
+          ("impulses s", "impulses", "#e07b00"))
 
 
 def main():
