@@ -45,6 +45,9 @@ class Body {
   virtual double largest_frequency() const = 0;  // rad/s, of the body alone; sets the step
   virtual Scheme scheme() const = 0;
   bool is_exact() const { return scheme() == Scheme::exact; }  // any step is allowed when no contact is near
+  // Before the first predict() and before scale(): the step at which contact will push, omega_max h < pi. Exact bodies then answer
+  // impulses with the compliance of a force that lasts (contact_gain.hpp). Not with add_velocities().
+  virtual void set_contact_step(double) {}
   // Whether scale() has to be called: once, after all track() and add_...() calls and before the first predict(). It gives every
   // mode above `clip` (rad/s) that frequency by scaling its modal mass; statics, rigid motion and all other modes stay as they are.
   virtual bool can_scale() const { return false; }

@@ -19,6 +19,7 @@ namespace cbr {
 struct ResponseOf {
   enum class Weight : char { exact, central, newmark, velocity } weight = Weight::exact;
   double h = 0, theta = 0;
+  double contact_step = 0;  // with the contact_gain() of this step; 0: without
   bool operator==(const ResponseOf&) const = default;
 };
 

@@ -72,11 +72,12 @@ void add_load(const ModalPropagator& step, const Vector& f0, const Vector& f1, V
 }
 
 double load_work(const ModalPropagator& step, const Vector& eta, const Vector& v, const Vector& eta_end, const Vector& f0,
-                 const Vector& f1) {
+                 const Vector& f1, const Vector& weight) {
   // By parts: int f eta' dt = f0 (eta1 - eta0) + (f1 - f0) (eta1 - (int eta dt) / h)
   const auto integral = step.s.array() * eta.array() + step.b1.array() * step.h * v.array() + step.i0.array() * f0.array() +
                         step.i1.array() * f1.array();
-  return (f0.array() * (eta_end - eta).array() + (f1 - f0).array() * (eta_end.array() - integral / step.h)).sum();
+  const auto work = f0.array() * (eta_end - eta).array() + (f1 - f0).array() * (eta_end.array() - integral / step.h);
+  return weight.size() > 0 ? (work * weight.array()).sum() : work.sum();
 }
 
 }  // namespace cbr

@@ -25,7 +25,8 @@ void propagate_free(const ModalPropagator& step, const Vector& eta, const Vector
 void add_load(const ModalPropagator& step, const Vector& f0, const Vector& f1, Vector& eta_end, Vector& v_end);
 
 // Work of that load over the step, exact for the exact motion that starts at (eta, v) and ends at eta_end.
+// weight: of each mode; empty: 1.
 double load_work(const ModalPropagator& step, const Vector& eta, const Vector& v, const Vector& eta_end, const Vector& f0,
-                 const Vector& f1);
+                 const Vector& f1, const Vector& weight = {});
 
 }  // namespace cbr

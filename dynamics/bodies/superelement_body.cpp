@@ -8,6 +8,8 @@
 #include <cmath>
 #include <utility>
 
+#include "dynamics/bodies/contact_gain.hpp"
+
 namespace cbr {
 namespace {
 
@@ -95,7 +97,7 @@ void SuperelementBody::propagate(const Vector& eta, const Vector& v, Vector& eta
     load_amplitudes(next, f1_);
     propagate_free(step, work_eta_, work_v_, eta_end, v_end);
     add_load(step, f0_, f1_, eta_end, v_end);
-    if (external_work) *external_work += load_work(step, work_eta_, work_v_, eta_end, f0_, f1_);
+    if (external_work) *external_work += load_work(step, work_eta_, work_v_, eta_end, f0_, f1_, weight_);
     if (last) break;
     work_eta_ = eta_end, work_v_ = v_end;
     from = next;
@@ -116,6 +118,18 @@ void SuperelementBody::predict_central(double h) {
   eta_end_ = eta_ + h * v_end_;
 }
 
+void SuperelementBody::set_contact_step(double h) {
+  if (!is_exact() || largest_frequency() * h > 2.1) return;  // above: forced steps
+  contact_step_ = h;
+  gain_ = contact_gain(form_->omega, h);
+  weight_ = gain_.cwiseInverse();
+}
+
+// sum of a_j b_j, each mode weighed as its energy is.
+double SuperelementBody::energy_product(const Vector& a, const Vector& b) const {
+  return weight_.size() > 0 ? (a.array() * b.array() * weight_.array()).sum() : a.dot(b);
+}
+
 void SuperelementBody::predict(double t, double h) {
   t_ = t, h_ = h;
   kicked_ = rubbed_ = end_kicked_ = false;
@@ -134,6 +148,7 @@ void SuperelementBody::predict(double t, double h) {
 
 void SuperelementBody::add_impulses(Index set, const Points& impulses, ImpulseKind kind) {
   sets_[set].rows->kick(impulses, placement_.T, local_, f_);
+  if (gain_.size() > 0) f_.array() *= gain_.array();
   if (!kicked_) kick_.setZero();
   kick_ += f_;
   kicked_ = true;
@@ -155,7 +170,7 @@ void SuperelementBody::add_impulses(Index set, const Points& impulses, ImpulseKi
 }
 
 Vector3 SuperelementBody::add_velocities(Index set, const Points& velocities, const Vector3& momentum) {
-  assert(scheme_ != Scheme::newmark);
+  assert(scheme_ != Scheme::newmark && gain_.size() == 0);
   const Matrix3& T = placement_.T;
   const Matrix& B = velocity_map(*sets_[set].rows);
   // change = V^T M^ [0; dv]: V^-1 of a velocity of the interface dofs alone
@@ -192,8 +207,8 @@ void SuperelementBody::book_friction(double work) {
 }
 
 void SuperelementBody::accept_exact() {
-  if (kicked_) work_.contact += kick_.dot(v_) + 0.5 * kick_.squaredNorm();
-  if (rubbed_) book_friction(friction_kick_.dot(v_) + 0.5 * friction_kick_.dot(kick_));
+  if (kicked_) work_.contact += energy_product(kick_, v_) + 0.5 * energy_product(kick_, kick_);
+  if (rubbed_) book_friction(energy_product(friction_kick_, v_) + 0.5 * energy_product(friction_kick_, kick_));
   if (!loads_.empty()) {
     if (kicked_) v_ += kick_;
     propagate(eta_, v_, eta_end_, v_end_, &work_.external);

@@ -45,6 +45,7 @@ class SuperelementBody final : public Body {
   Index track_mean(const std::vector<Index>& nodes) override;
   void mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
 
+  void set_contact_step(double h) override;
   void predict(double t, double h) override;
   using Body::add_impulses;
   void add_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
@@ -92,6 +93,7 @@ class SuperelementBody final : public Body {
   void accept_exact();
   void accept_central();
   void accept_newmark();
+  double energy_product(const Vector& a, const Vector& b) const;
   void book_friction(double work);
   void arrive_newmark();
 
@@ -108,6 +110,9 @@ class SuperelementBody final : public Body {
   std::vector<ModalLoad> loads_;
   std::vector<double> breakpoints_;  // of all histories, ascending
 
+  // Of contact impulses, and its inverse, which weighs energies; empty: 1
+  Vector gain_, weight_;
+  double contact_step_ = 0;
   Vector eta_, v_, eta_end_, v_end_;  // central differences: v_ is half a step behind eta_
   // Modal impulses at the start of the step, and those of friction among them; modal velocities added at its end
   Vector kick_, friction_kick_, end_kick_;

@@ -67,8 +67,9 @@ NodeResponse SuperelementBody::response(Index set, double h) const {
   ResponseOf of{ResponseOf::Weight::central, h, 0};
   Vector weight;
   if (is_exact()) {
-    of.weight = ResponseOf::Weight::exact;
+    of.weight = ResponseOf::Weight::exact, of.contact_step = contact_step_;
     weight = propagator(h).s;
+    if (gain_.size() > 0) weight.array() *= gain_.array();
   } else if (scheme_ == Scheme::newmark) {
     of.weight = ResponseOf::Weight::newmark, of.theta = newmark_.stiffness_factor(h);
     weight = 0.5 * newmark_weight(h);
@@ -162,9 +163,10 @@ BodyState SuperelementBody::state() const {
   state.rotation = rigid.inertia.ldlt().solve(moment.tail<3>()).norm();
   if (!std::isfinite(state.rotation)) state.rotation = 0;
   const auto omega = form_->omega.array();
-  const double strain = 0.5 * (omega * eta_.array()).square().sum();
+  const double strain = weight_.size() > 0 ? 0.5 * ((omega * eta_.array()).square() * weight_.array()).sum()
+                                           : 0.5 * (omega * eta_.array()).square().sum();
   if (scheme_ != Scheme::central_difference) {
-    state.kinetic_energy = 0.5 * v_.squaredNorm();
+    state.kinetic_energy = 0.5 * energy_product(v_, v_);
   } else {
     // 1/2 v- . v+ with v+ of the internal forces alone: what leapfrog conserves together with the strain energy
     state.kinetic_energy = 0.5 * v_.squaredNorm() - 0.5 * last_h_ * (omega.square() * eta_.array() * v_.array()).sum();

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/bodies/contact_gain.hpp"
+
+#include <cassert>
+#include <cmath>
+#include <numbers>
+
+namespace cbr {
+
+Vector contact_gain(const Vector& omega, double h) {
+  Vector gain(omega.size());
+  for (Index j = 0; j < omega.size(); ++j) {
+    const double x = 0.5 * omega[j] * h;
+    assert(x < 0.5 * std::numbers::pi);
+    gain[j] = x < 1e-4 ? 1 + x * x / 3 : std::tan(x) / x;
+  }
+  return gain;
+}
+
+}  // namespace cbr
