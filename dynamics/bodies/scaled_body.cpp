@@ -131,7 +131,7 @@ void ScaledBody::propagate(const ScaledState& start, ScaledState& end, double& e
     load_amplitudes(next, f1_);
     propagate_free(step, part_, end);
     add_load(step, f0_, f1_, end);
-    external_work += load_work(step, part_, end, f0_, f1_);
+    external_work += load_work(step, part_, end, f0_, f1_, gain_);
     if (last) break;
     part_ = end;
     from = next;
@@ -145,7 +145,14 @@ void ScaledBody::predict(double t, double h) {
   propagate(now_, end_, step_work_);
 }
 
-// fresh_ <- what impulses on a set do: V^T p, p, S p.
+// What contact_gain() makes of modal impulses and of those on the tracked dofs.
+void ScaledBody::apply_gain(ScaledKick& kick) const {
+  if (gain_.kept.size() == 0) return;
+  kick.f.array() *= gain_.kept.array();
+  kick.p *= gain_.scaled;
+}
+
+// fresh_ <- what impulses on a set do: V^T p, p, S p, with their gains.
 void ScaledBody::local_kick(const NodeSet& set, const Points& impulses) {
   const Matrix& Vt = rows_->Vt;
   const Index n = n_tracked(), loads = fresh_.p.size() - n;
@@ -167,8 +174,11 @@ void ScaledBody::local_kick(const NodeSet& set, const Points& impulses) {
     fresh_.Sp.head(n) += p[0] * S.col(at) + p[1] * S.col(at + 1) + p[2] * S.col(at + 2);
   }
   if (modal_by_blas) fresh_.f.noalias() = Vt * local_;
+  if (scaled) fresh_.p.head(n) = local_;
+  apply_gain(fresh_);
   if (!scaled) return;
-  fresh_.p.head(n) = local_;
+  local_ = fresh_.p.head(n);
+  fresh_.Sp.head(n) *= gain_.scaled;
   if (large) fresh_.Sp.head(n).noalias() = rows_->S->selfadjointView<Eigen::Lower>() * local_;
   for (Index l = 0; l < loads; ++l) fresh_.Sp[n + l] = load_scaled_.col(l).head(n).dot(local_);
 }
@@ -203,6 +213,7 @@ void ScaledBody::add_answered_impulses(Index set, const Points& contact, const P
         kick.f += local[0] * Vt.col(3 * i) + local[1] * Vt.col(3 * i + 1) + local[2] * Vt.col(3 * i + 2);
     }
     if (by_blas) kick.f.noalias() = Vt * kick.p.head(n);
+    apply_gain(kick);
     kick.any = true;
   };
   modal(contact, kick_);
@@ -230,7 +241,7 @@ Points ScaledBody::nodal_masses(Index) const { refuse_masses(name_); }
 
 void ScaledBody::accept() {
   if (kick_.any) {
-    const double all = kick_.work(kick_, now_), rubbed = friction_.any ? kick_.work(friction_, now_) : 0;
+    const double all = kick_.work(kick_, now_, gain_), rubbed = friction_.any ? kick_.work(friction_, now_, gain_) : 0;
     work_.contact += all - rubbed, work_.friction += rubbed;
     if (loaded_) {
       add_kick(kick_, now_);

@@ -44,6 +44,7 @@ class ScaledBody final : public Body {
   Index track_mean(const std::vector<Index>& nodes) override;
   void mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
 
+  void set_contact_step(double h) override { contact_step_ = h; }
   void predict(double t, double h) override;
   using Body::add_impulses;
   void add_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
@@ -89,6 +90,7 @@ class ScaledBody final : public Body {
   const ScaledStep& step_of(double h) const;
   void load_amplitudes(double t, ScaledLoad& load) const;
   void propagate(const ScaledState& start, ScaledState& end, double& external_work);
+  void apply_gain(ScaledKick& kick) const;
   void local_kick(const NodeSet& set, const Points& impulses);
   void write_positions(const NodeSet& set, const ScaledState& state, Points& x) const;
   Matrix whole_motion() const;
@@ -113,6 +115,8 @@ class ScaledBody final : public Body {
   bool loaded_ = false;              // some load has a history, not only the velocity at the start
 
   ScaledState now_, end_, part_;
+  ScaledGain gain_;
+  double contact_step_ = 0;  // 0: without gain
   ScaledKick kick_, friction_, fresh_;
   ScaledLoad f0_, f1_;
   mutable Vector local_;  // 3 m

@@ -15,14 +15,14 @@ NodeResponse ScaledBody::response(Index set, double h) const {
   const NodeSet& s = sets_[set];
   if (!s.rows) s.rows = modes_->node_rows(s.nodes);
   NodeResponse response;
-  response.block = s.rows->response(h);
+  response.block = s.rows->response(h, contact_step_, gain_);
   response.axes = placement_.T;
   return response;
 }
 
 double ScaledBody::scaled_energy() const {
   if (!is_scaled()) return 0;
-  return std::max(0.0, scaled_kinetic_energy(now_) + scaled_strain_energy(now_, modes_->clip));
+  return std::max(0.0, scaled_kinetic_energy(now_, gain_) + scaled_strain_energy(now_, modes_->clip, gain_));
 }
 
 BodyState ScaledBody::state() const {
@@ -42,11 +42,11 @@ BodyState ScaledBody::state() const {
   state.angular_momentum = T.determinant() * (T * rate.tail<3>()) + state.center_of_mass.cross(state.momentum);
   state.rotation = body.inertia.ldlt().solve(moment.tail<3>()).norm();
   if (!std::isfinite(state.rotation)) state.rotation = 0;
-  state.kinetic_energy = 0.5 * now_.v.squaredNorm();
-  state.strain_energy = 0.5 * (modes_->omega.array() * now_.eta.array()).square().sum();
+  state.kinetic_energy = kept_energy(now_.v, gain_);
+  state.strain_energy = kept_energy(modes_->omega.cwiseProduct(now_.eta), gain_);
   if (is_scaled()) {
-    state.kinetic_energy += scaled_kinetic_energy(now_);
-    state.strain_energy += scaled_strain_energy(now_, modes_->clip);
+    state.kinetic_energy += scaled_kinetic_energy(now_, gain_);
+    state.strain_energy += scaled_strain_energy(now_, modes_->clip, gain_);
   }
   state.scaled_energy = scaled_energy();
   return state;

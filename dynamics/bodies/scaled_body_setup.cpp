@@ -110,6 +110,8 @@ void ScaledBody::fill_mean(MeanSet& set) const {
 void ScaledBody::scale(double clip) {
   assert(!modes_);
   modes_ = model_->clipped(tracked_.empty() ? HUGE_VAL : clip);
+  if (modes_->largest_frequency() * contact_step_ > 2.1) contact_step_ = 0;  // forced steps
+  if (contact_step_ > 0) gain_ = ScaledGain(modes_->omega, modes_->part ? modes_->clip : HUGE_VAL, contact_step_);
   // Free bodies move rigidly by kept modes alone: then the velocity at the start is no load on the scaled part
   if (modes_->rigid_gram.size() == 0 && !loads_.empty() && !loads_.front().is_load) loads_.erase(loads_.begin());
   rows_ = modes_->node_rows(tracked_);

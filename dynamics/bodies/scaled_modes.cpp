@@ -9,14 +9,15 @@
 
 namespace cbr {
 
-std::shared_ptr<const Matrix> ScaledRows::response(double h) const {
-  if (last_.block && last_.h == h) return last_.block;
-  if (other_.block && other_.h == h) {
+std::shared_ptr<const Matrix> ScaledRows::response(double h, double contact_step, const ScaledGain& gain) const {
+  if (last_.block && last_.h == h && last_.contact_step == contact_step) return last_.block;
+  if (other_.block && other_.h == h && other_.contact_step == contact_step) {
     std::swap(last_, other_);
     return last_.block;
   }
   Vector weight(omega.size());  // sin(omega h) / omega, positive below omega h = pi
   for (Index j = 0; j < omega.size(); ++j) weight[j] = omega[j] == 0 ? h : std::sin(omega[j] * h) / omega[j];
+  if (contact_step > 0) weight.array() *= gain.kept.array();
   Matrix B = Matrix::Zero(Vt.cols(), Vt.cols());
   if (weight.size() == 0 || Vt.cols() == 0) {  // BLAS minds a product over nothing
   } else if (weight.minCoeff() >= 0) {
@@ -25,13 +26,13 @@ std::shared_ptr<const Matrix> ScaledRows::response(double h) const {
   } else {
     B.triangularView<Eigen::Lower>() = Vt.transpose() * (weight.asDiagonal() * Vt);
   }
-  const double scale = std::sin(clip * h) / clip;
+  const double scale = gain.scaled * std::sin(clip * h) / clip;
   for (Index j = 0; j < B.cols(); ++j) {
     if (S) B.col(j).tail(B.rows() - j) += scale * S->col(j).tail(B.rows() - j);
     B.row(j).tail(B.cols() - j) = B.col(j).tail(B.rows() - j).transpose();
   }
   other_ = std::move(last_);
-  last_ = {h, std::make_shared<const Matrix>(std::move(B))};
+  last_ = {h, contact_step, std::make_shared<const Matrix>(std::move(B))};
   return last_.block;
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/types.hpp"
+#include "dynamics/bodies/scaled_motion.hpp"
 
 namespace cbr {
 
@@ -27,12 +28,13 @@ class ScaledRows {
   Vector omega;                     // n_kept
   double clip = 0;
 
-  // Vt^T diag(sin(omega h)/omega) Vt + sin(clip h)/clip S: how a step of h answers impulses. Kept for the last two h.
-  std::shared_ptr<const Matrix> response(double h) const;
+  // Vt^T diag(sin(omega h)/omega) Vt + sin(clip h)/clip S, with the gains of `contact_step`: how a step of h answers impulses. Kept
+  // for the last two of them.
+  std::shared_ptr<const Matrix> response(double h, double contact_step, const ScaledGain& gain) const;
 
  private:
   struct Response {
-    double h = 0;
+    double h = 0, contact_step = 0;
     std::shared_ptr<const Matrix> block;
   };
   mutable Response last_, other_;

@@ -3,6 +3,10 @@
 
 #include <Eigen/Dense>
 
+#include <cmath>
+
+#include "dynamics/bodies/contact_gain.hpp"
+
 namespace cbr {
 
 void ScaledState::set_zero(Index n_kept, Index n_scaled) {
@@ -24,8 +28,15 @@ void ScaledKick::add(const ScaledKick& other) {
   any = true;
 }
 
-double ScaledKick::work(const ScaledKick& of, const ScaledState& start) const {
-  return of.f.dot(start.v) + 0.5 * of.f.dot(f) + of.p.dot(start.dy) + 0.5 * of.p.dot(Sp);
+ScaledGain::ScaledGain(const Vector& omega, double clip, double h)
+    : kept(contact_gain(omega, h)),
+      weight(kept.cwiseInverse()),
+      scaled(clip < HUGE_VAL ? contact_gain(Vector::Constant(1, clip), h)[0] : 1) {}
+
+double ScaledKick::work(const ScaledKick& of, const ScaledState& start, const ScaledGain& gain) const {
+  const auto modal = of.f.array() * (start.v.array() + 0.5 * f.array());
+  return (gain.weight.size() > 0 ? (modal * gain.weight.array()).sum() : modal.sum()) +
+         (of.p.dot(start.dy) + 0.5 * of.p.dot(Sp)) / gain.scaled;
 }
 
 void ScaledLoad::set_zero(Index n_kept, Index n_scaled, Index n_loads) {
@@ -56,8 +67,8 @@ void add_load(const ScaledStep& step, const ScaledLoad& f0, const ScaledLoad& f1
 }
 
 double load_work(const ScaledStep& step, const ScaledState& start, const ScaledState& end, const ScaledLoad& f0,
-                 const ScaledLoad& f1) {
-  const double kept = load_work(step.kept, start.eta, start.v, end.eta, f0.f, f1.f);
+                 const ScaledLoad& f1, const ScaledGain& gain) {
+  const double kept = load_work(step.kept, start.eta, start.v, end.eta, f0.f, f1.f, gain.weight);
   const Index n = f0.a.size();
   if (end.r.size() == 0) return kept;
   // By parts as in modal_propagator.cpp, of the displacement y along each load: a0 (y1 - y0) + (a1 - a0) (y1 - (int y dt) / h)
@@ -66,7 +77,8 @@ double load_work(const ScaledStep& step, const ScaledState& start, const ScaledS
                         s.i0[0] * f0.Sa.tail(n).array() + s.i1[0] * f1.Sa.tail(n).array();
   return kept +
          (f0.a.array() * (end.y - start.y).tail(n).array() + (f1.a - f0.a).array() * (end.y.tail(n).array() - integral / step.h))
-             .sum();
+                 .sum() /
+             gain.scaled;
 }
 
 void add_kick(const ScaledStep& step, const ScaledKick& kick, ScaledState& end) {
@@ -83,7 +95,16 @@ void add_kick(const ScaledKick& kick, ScaledState& start) {
   start.dy += kick.Sp;
 }
 
-double scaled_kinetic_energy(const ScaledState& state) { return 0.5 * state.dr.dot(state.dy); }
-double scaled_strain_energy(const ScaledState& state, double clip) { return 0.5 * clip * clip * state.r.dot(state.y); }
+double scaled_kinetic_energy(const ScaledState& state, const ScaledGain& gain) {
+  return 0.5 * state.dr.dot(state.dy) / gain.scaled;
+}
+
+double scaled_strain_energy(const ScaledState& state, double clip, const ScaledGain& gain) {
+  return 0.5 * clip * clip * state.r.dot(state.y) / gain.scaled;
+}
+
+double kept_energy(const Vector& a, const ScaledGain& gain) {
+  return gain.weight.size() > 0 ? 0.5 * (a.array().square() * gain.weight.array()).sum() : 0.5 * a.squaredNorm();
+}
 
 }  // namespace cbr
