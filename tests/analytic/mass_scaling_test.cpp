@@ -29,7 +29,7 @@ contact:
          contact + R"(}
 time: {end: 0.6, )" +
          time + R"(}
-output: {every: 0.1, history: [one.x_max, two.x_max]}
+output: {every: 0.6, history: [one.x_max, two.x_max]}
 )";
 }
 
