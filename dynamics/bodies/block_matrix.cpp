@@ -56,4 +56,29 @@ void multiply(const BlockMatrix& A, const double* x, double* y, RowThreads& thre
   });
 }
 
+void multiply_rows(const BlockMatrix& A, const double* x, Index begin, Index end, double* f, Index stride) {
+  for (Index i = begin; i < end; ++i) {
+    double y0 = 0, y1 = 0, y2 = 0;
+    for (std::int64_t b = A.first[i]; b < A.first[i + 1]; ++b) {
+      const double* v = A.values.data() + 9 * b;
+      const double* u = x + 3 * static_cast<Index>(A.column[b]);
+      y0 += v[0] * u[0] + v[1] * u[1] + v[2] * u[2];
+      y1 += v[3] * u[0] + v[4] * u[1] + v[5] * u[2];
+      y2 += v[6] * u[0] + v[7] * u[1] + v[8] * u[2];
+    }
+    f[i - begin] = y0, f[stride + i - begin] = y1, f[2 * stride + i - begin] = y2;
+  }
+}
+
+void add_rows(const BlockMatrix& A, const double* x, Index x_stride, Index begin, Index end, double* f, Index stride) {
+  for (Index i = begin; i < end; ++i) {
+    for (std::int64_t b = A.first[i]; b < A.first[i + 1]; ++b) {
+      const double* v = A.values.data() + 9 * b;
+      const double* u = x + A.column[b];
+      for (int c = 0; c < 3; ++c)
+        f[c * stride + i - begin] += v[3 * c] * u[0] + v[3 * c + 1] * u[x_stride] + v[3 * c + 2] * u[2 * x_stride];
+    }
+  }
+}
+
 }  // namespace cbr

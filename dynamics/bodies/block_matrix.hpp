@@ -28,4 +28,9 @@ inline void multiply(const BlockMatrix& A, const Points& x, Points& y, RowThread
   multiply(A, x.data(), y.data(), threads);
 }
 
+// Rows begin .. end - 1 of y = A x alone; component c of row i to f[c * stride + i - begin].
+void multiply_rows(const BlockMatrix& A, const double* x, Index begin, Index end, double* f, Index stride);
+// The same added to f, and x by planes: component c of row j at x[c * x_stride + j].
+void add_rows(const BlockMatrix& A, const double* x, Index x_stride, Index begin, Index end, double* f, Index stride);
+
 }  // namespace cbr

@@ -6,12 +6,12 @@
 #include <utility>
 
 #include "common/error.hpp"
+#include "dynamics/bodies/mesh_kernels.hpp"
 
 namespace cbr {
 namespace {
 
-Eigen::Map<const Vector> flat(const Points& p) { return {p.data(), p.size()}; }
-Eigen::Map<Vector> flat(Points& p) { return {p.data(), p.size()}; }
+Eigen::Map<const Vector> flat(const Field& p) { return {p.data(), p.size()}; }
 
 // Orthonormal basis of the displacements that the held directions leave free   (3 n x free).
 SparseMatrix free_basis(Index n_nodes, const std::vector<HeldDirection>& held) {
@@ -37,9 +37,12 @@ MeshBody::MeshBody(std::string name, std::shared_ptr<const MeshModel> model, con
     : name_(std::move(name)), model_(std::move(model)), placement_(placement), held_(held), threads_(std::move(threads)) {
   const Index n = model_->mass.size();
   X_ = (model_->coordinates * placement_.T.transpose()).rowwise() + placement_.position.transpose();
-  for (Points* p : {&u_, &v_, &u_end_, &v_end_, &force_, &scratch_, &Ku_}) p->setZero(n, 3);
+  for (Field* p : {&u_, &v_, &u_end_}) p->setZero(n, 3);
+  for (Field* p : {&load_, &Ku_, &v_now_}) p->resize(n, 3);
+  for (HeldDirection& h : held_) h.node = model_->row_of_node[h.node];
+  std::stable_sort(held_.begin(), held_.end(), [](const HeldDirection& a, const HeldDirection& b) { return a.node < b.node; });
   v_.rowwise() = (placement_.T.transpose() * placement_.velocity).transpose();
-  for (const HeldDirection& h : held_) v_.row(h.node) -= v_.row(h.node).dot(h.direction.transpose()) * h.direction.transpose();
+  hold(v_);
   if (consistent()) {
     Z_ = free_basis(n, held_);
     factor_ = std::make_shared<SparseCholesky>(SparseMatrix(Z_.transpose() * model_->M * Z_));
@@ -47,19 +50,33 @@ MeshBody::MeshBody(std::string name, std::shared_ptr<const MeshModel> model, con
   }
 }
 
+std::vector<Index> MeshBody::rows(const std::vector<Index>& nodes) const {
+  std::vector<Index> rows;
+  for (const Index node : nodes) rows.push_back(model_->row_of_node[node]);
+  return rows;
+}
+
+Points MeshBody::by_nodes(const Field& u) const {
+  Points p(u.rows(), 3);
+  for (Index i = 0; i < p.rows(); ++i) p.row(model_->forces.order()[i]) = u.row(i);
+  return p;
+}
+
 Index MeshBody::track(const std::vector<Index>& nodes) {
-  sets_.push_back(nodes);
+  sets_.push_back(rows(nodes));
+  v_before_.emplace_back(static_cast<Index>(nodes.size()), 3);
   return static_cast<Index>(sets_.size()) - 1;
 }
 
 Index MeshBody::track_mean(const std::vector<Index>& nodes) {
-  means_.push_back(nodes);
+  means_.push_back(rows(nodes));
   return static_cast<Index>(means_.size()) - 1;
 }
 
-void MeshBody::gather(const Points& u, const std::vector<Index>& nodes, Points& x) const {
-  x.resize(static_cast<Index>(nodes.size()), 3);
-  for (Index i = 0; i < x.rows(); ++i) x.row(i) = X_.row(nodes[i]) + (placement_.T * u.row(nodes[i]).transpose()).transpose();
+void MeshBody::gather(const Field& u, const std::vector<Index>& rows, Points& x) const {
+  x.resize(static_cast<Index>(rows.size()), 3);
+  const auto& node = model_->forces.order();
+  for (Index i = 0; i < x.rows(); ++i) x.row(i) = X_.row(node[rows[i]]) + (placement_.T * u.row(rows[i]).transpose()).transpose();
 }
 
 void MeshBody::positions(Index set, Points& x) const { gather(u_, sets_[set], x); }
@@ -71,96 +88,142 @@ MotionBound MeshBody::motion_bound(Index) const {
 }
 
 void MeshBody::mean_motion(Index set, Vector3& position, Vector3& velocity) const {
-  const auto& nodes = means_[set];
-  position = X_(nodes, Eigen::all).colwise().mean().transpose() + placement_.T * u_(nodes, Eigen::all).colwise().mean().transpose();
-  velocity = placement_.T * present_velocities()(nodes, Eigen::all).colwise().mean().transpose();
+  const Field& v = present_velocities();
+  const auto& node = model_->forces.order();
+  Vector3 X = Vector3::Zero(), u = X, rate = X;
+  for (const Index row : means_[set]) {
+    X += X_.row(node[row]).transpose();
+    u += u_.row(row).transpose();
+    rate += v.row(row).transpose();
+  }
+  const auto n = static_cast<double>(means_[set].size());
+  position = (X + placement_.T * u) / n;
+  velocity = placement_.T * rate / n;
 }
 
-void MeshBody::load(double t, Points& f) const {
+void MeshBody::load(double t, Field& f) const {
   f.setZero();
   for (const NodalLoad& load : loads_) f += history_value(load.history, t) * load.force;
 }
 
-void MeshBody::accelerations(const Points& force, Points& a) const {
-  if (consistent()) {
-    // a = Z (Z^T M Z)^-1 Z^T f
-    Matrix reduced = Z_.transpose() * flat(force);
-    factor_->solve_in_place(reduced);
-    flat(a).noalias() = Z_ * Vector(reduced);
-    return;
-  }
-  a.array() = force.array().colwise() / model_->mass.array();
-  for (const HeldDirection& h : held_) a.row(h.node) -= a.row(h.node).dot(h.direction.transpose()) * h.direction.transpose();
+void MeshBody::hold(Field& v) const {
+  for (const HeldDirection& h : held_) v.row(h.node) -= v.row(h.node).dot(h.direction.transpose()) * h.direction.transpose();
 }
 
-const Points& MeshBody::internal_forces() const {
-  if (!Ku_is_current_) multiply(model_->K, u_, Ku_, *threads_);
+void MeshBody::accelerations(const Field& force, Field& a) const {
+  if (consistent()) {
+    // a = Z (Z^T M Z)^-1 Z^T f; rows are nodes
+    const Points f = force;
+    Matrix reduced = Z_.transpose() * Eigen::Map<const Vector>(f.data(), f.size());
+    factor_->solve_in_place(reduced);
+    const Vector free = Z_ * Vector(reduced);
+    a = Eigen::Map<const Points>(free.data(), f.rows(), 3);
+    return;
+  }
+  a.array() = force.array().colwise() * model_->inverse_mass.array();
+  hold(a);
+}
+
+const Field& MeshBody::internal_forces() const {
+  if (Ku_is_current_) return Ku_;
+  model_->forces.each(u_, *threads_, room_, [&](Index begin, Index end, const double* f, Index stride) {
+    for (int c = 0; c < 3; ++c) std::copy(f + c * stride, f + c * stride + end - begin, Ku_.col(c).data() + begin);
+  });
   Ku_is_current_ = true;
   return Ku_;
 }
 
-void MeshBody::total_accelerations(Points& a) const {
-  if (loads_.empty()) {
-    force_ = -internal_forces();
-  } else {
-    load(t_, force_);
-    force_ -= internal_forces();
-  }
-  accelerations(force_, a);
+void MeshBody::total_accelerations(Field& a) const {
+  if (loads_.empty()) return accelerations(-internal_forces(), a);
+  load(t_, load_);
+  accelerations(load_ - internal_forces(), a);
 }
 
 // The mid-step velocity, half a step on under the internal forces and loads: second order at t_.
-const Points& MeshBody::present_velocities() const {
+const Field& MeshBody::present_velocities() const {
   if (v_now_is_current_) return v_now_;
   v_now_ = v_;
   if (last_h_ > 0) {
-    total_accelerations(scratch_);
-    v_now_ += 0.5 * last_h_ * scratch_;
+    total_accelerations(v_now_);
+    v_now_ = v_ + 0.5 * last_h_ * v_now_;
   }
   v_now_is_current_ = true;
   return v_now_;
 }
 
-std::span<const HeldDirection> MeshBody::held_of(Index node) const {
-  const auto [first, last] = std::equal_range(held_.begin(), held_.end(), HeldDirection{node, {}},
+std::span<const HeldDirection> MeshBody::held_of(Index row) const {
+  const auto [first, last] = std::equal_range(held_.begin(), held_.end(), HeldDirection{row, {}},
                                               [](const HeldDirection& a, const HeldDirection& b) { return a.node < b.node; });
   return {first, last};
 }
 
+// v- half a step before t = 0; booked as work of the loads, so that the energy balance starts from the given velocity.
+void MeshBody::start(double h) {
+  Field back(v_.rows(), 3);
+  total_accelerations(back);
+  back = v_ - 0.5 * h * back;
+  work_.external += 0.5 * (scalar_product(back, back) - scalar_product(v_, v_));
+  v_ = back;
+  last_h_ = h;
+}
+
+// v+ = v- + s M^-1 (f - K u),  u_end = u + h v+: in the pass that forms K u, unless that is known.
+void MeshBody::leap(double s, double h) {
+  const auto on_rows = [&](Index begin, Index end, const double* f, Index stride) {
+    for (int c = 0; c < 3; ++c)
+      leapfrog({f + c * stride, loads_.empty() ? nullptr : load_.col(c).data() + begin, model_->inverse_mass.data() + begin,
+                u_.col(c).data() + begin, v_.col(c).data() + begin, u_end_.col(c).data() + begin},
+               end - begin, s, h);
+  };
+  if (Ku_is_current_) {
+    threads_->for_rows(u_.rows(), [&](Index begin, Index end) { on_rows(begin, end, Ku_.data() + begin, Ku_.rows()); });
+  } else {
+    model_->forces.each(u_, *threads_, room_, on_rows);
+  }
+  if (held_.empty()) return;
+  hold(v_);
+  for (const HeldDirection& held : held_) u_end_.row(held.node) = u_.row(held.node) + h * v_.row(held.node);
+}
+
 void MeshBody::predict(double t, double h) {
   t_ = t, h_ = h;
-  total_accelerations(scratch_);
-  if (last_h_ == 0) {
-    // v- half a step before t = 0; booked as work of the loads, so that the energy balance starts from the given velocity.
-    const Points back = v_ - 0.5 * h * scratch_;
-    work_.external += 0.5 * (scalar_product(back, back) - scalar_product(v_, v_));
-    v_ = back;
-    last_h_ = h;
+  if (last_h_ == 0) start(h);
+  for (std::size_t set = 0; set < sets_.size(); ++set)
+    for (Index i = 0; i < v_before_[set].rows(); ++i) v_before_[set].row(i) = v_.row(sets_[set][i]);
+  const double s = 0.5 * (last_h_ + h);
+  if (!loads_.empty()) {
+    load(t_, load_);
+    work_.external += 0.5 * s * flat(load_).dot(flat(v_));  // the other half in accept()
   }
-  v_end_ = v_ + 0.5 * (last_h_ + h) * scratch_;
-  u_end_ = u_ + h * v_end_;
+  if (consistent()) {
+    total_accelerations(u_end_);
+    v_ += s * u_end_;
+    u_end_ = u_ + h * v_;
+  } else {
+    leap(s, h);
+  }
   kicks_.clear();
 }
 
 void MeshBody::add_impulses(Index set, const Points& impulses, ImpulseKind kind) {
-  const auto& nodes = sets_[set];
+  const auto& rows = sets_[set];
   if (consistent()) {
-    force_.setZero();
-    for (Index i = 0; i < impulses.rows(); ++i) force_.row(nodes[i]) += impulses.row(i) * placement_.T;
-    accelerations(force_, scratch_);
-    v_end_ += scratch_;
-    u_end_ += h_ * scratch_;
+    Field change = Field::Zero(u_.rows(), 3);
+    for (Index i = 0; i < impulses.rows(); ++i) change.row(rows[i]) += impulses.row(i) * placement_.T;
+    accelerations(Field(change), change);
+    v_ += change;
+    u_end_ += h_ * change;
   }
   for (Index i = 0; i < impulses.rows(); ++i) {
     if (impulses.row(i).isZero(0)) continue;
-    const Index node = nodes[i];
+    const Index row = rows[i];
     const Vector3 p = placement_.T.transpose() * impulses.row(i).transpose();
-    kicks_.push_back({node, p, kind});
+    kicks_.push_back({row, p, v_before_[set].row(i).transpose(), kind});
     if (consistent()) continue;
-    Vector3 dv = p / model_->mass[node];
-    for (const HeldDirection& h : held_of(node)) dv -= dv.dot(h.direction) * h.direction;
-    v_end_.row(node) += dv.transpose();
-    u_end_.row(node) += h_ * dv.transpose();
+    Vector3 dv = p / model_->mass[row];
+    for (const HeldDirection& h : held_of(row)) dv -= dv.dot(h.direction) * h.direction;
+    v_.row(row) += dv.transpose();
+    u_end_.row(row) += h_ * dv.transpose();
   }
 }
 
@@ -175,17 +238,13 @@ Vector3 MeshBody::add_velocities(Index set, const Points& velocities, const Vect
 void MeshBody::accept() {
   // The leapfrog's own energy answers to forces with the average of v- and v+.
   for (const Kick& kick : kicks_) {
-    const double work = 0.5 * kick.impulse.dot((v_.row(kick.node) + v_end_.row(kick.node)).transpose());
+    const double work = 0.5 * kick.impulse.dot(kick.v_before + v_.row(kick.row).transpose());
     (kick.kind == ImpulseKind::friction ? work_.friction : work_.contact) += work;
   }
-  if (!loads_.empty()) {
-    load(t_, force_);
-    work_.external += 0.25 * (last_h_ + h_) * flat(force_).dot(flat(v_) + flat(v_end_));
-  }
+  if (!loads_.empty()) work_.external += 0.25 * (last_h_ + h_) * flat(load_).dot(flat(v_));
   last_h_ = h_;
   Ku_is_current_ = v_now_is_current_ = false;
   u_.swap(u_end_);
-  v_.swap(v_end_);
   t_ += h_;
 }
 

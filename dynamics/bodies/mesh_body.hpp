@@ -10,25 +10,30 @@
 
 #include "common/assembly.hpp"
 #include "common/linalg/sparse_cholesky.hpp"
-#include "dynamics/bodies/block_matrix.hpp"
 #include "dynamics/bodies/body.hpp"
+#include "dynamics/bodies/mesh_forces.hpp"
 #include "dynamics/bodies/superelement_body.hpp"
 
 namespace cbr {
 
-// What the instances of a component share; component axes, node i is FiniteElementModel::nodes[i].
+// What the instances of a component share; component axes, node i is FiniteElementModel::nodes[i]. Rows are those of `forces`.
 struct MeshModel {
   Points coordinates;  // n x 3
-  BlockMatrix K;
-  Vector mass;     // n, row sums: the lumped mass, or what a nodal enforcement and the momentum need of a consistent one
-  SparseMatrix M;  // 3 n x 3 n, consistent mass only
-  Matrix MR;       // 3 n x 6, M times the rigid motions about the centre of mass
+  MeshForces forces;
+  std::vector<Index> row_of_node;
+  Vector mass;  // n, by rows, row sums: the lumped mass, or what a nodal enforcement and the momentum need of a consistent one
+  Vector inverse_mass;  // n, by rows, lumped mass only
+  Field arms;           // n, by rows, lumped mass only: mass times the place from the centre of mass
+  SparseMatrix M;       // 3 n x 3 n, consistent mass only; its rows are the nodes
+  Matrix MR;            // 3 n x 6, consistent mass only: M times the rigid motions about the centre of mass
   RigidBody rigid_body;
   double largest_frequency = 0;  // of the free model: an upper bound when directions are held
 };
 
-// `lumped`: M is diagonal. RunError when the highest frequency is not found or M is not positive definite.
+// `lumped`: M is diagonal. RunError when the highest frequency is not found or M is not positive definite. K assembled.
 MeshModel mesh_model(const FiniteElementModel& model, const Points& coordinates, bool lumped);
+// `forces` of the same model; of an assembled K when the mass is consistent.
+MeshModel mesh_model(const FiniteElementModel& model, const Points& coordinates, bool lumped, MeshForces forces);
 
 // `held`: ascending by node, component axes.
 class MeshBody final : public Body {
@@ -67,38 +72,47 @@ class MeshBody final : public Body {
 
  private:
   struct NodalLoad {
-    Points force;  // component axes
+    Field force;  // component axes
     History history;
+  };
+  struct Kick {
+    Index row;
+    Vector3 impulse, v_before;  // component axes; the velocity half a step before
+    ImpulseKind kind;
   };
 
   bool consistent() const { return model_->M.size() > 0; }
-  void accelerations(const Points& force, Points& a) const;  // M^-1 f on the free directions
-  void load(double t, Points& f) const;
-  const Points& internal_forces() const;      // K u, formed once for each u
-  void total_accelerations(Points& a) const;  // M^-1 (f - K u)
-  const Points& present_velocities() const;   // at the time of u_, in component axes
-  std::span<const HeldDirection> held_of(Index node) const;
-  void gather(const Points& u, const std::vector<Index>& nodes, Points& x) const;
-  double scalar_product(const Points& v, const Points& w) const;  // v . M w
+  std::vector<Index> rows(const std::vector<Index>& nodes) const;
+  Points by_nodes(const Field& u) const;                   // rows put in the order of the nodes
+  void hold(Field& v) const;                               // takes the held directions out
+  void accelerations(const Field& force, Field& a) const;  // M^-1 f on the free directions
+  void load(double t, Field& f) const;
+  const Field& internal_forces() const;      // K u, formed once for each u
+  void total_accelerations(Field& a) const;  // M^-1 (f - K u)
+  const Field& present_velocities() const;   // at the time of u_, in component axes
+  void start(double h);
+  void leap(double s, double h);
+  std::span<const HeldDirection> held_of(Index row) const;
+  void gather(const Field& u, const std::vector<Index>& rows, Points& x) const;
+  double scalar_product(const Field& v, const Field& w) const;  // v . M w
+  Eigen::Matrix<double, 6, 1> momenta(const Field& v) const;    // of translation and rotation, component axes
 
   std::string name_;
   std::shared_ptr<const MeshModel> model_;
   Placement placement_;
-  std::vector<HeldDirection> held_;
+  std::vector<HeldDirection> held_;  // ascending; the row in place of the node
   std::shared_ptr<RowThreads> threads_;
   SparseMatrix Z_;                          // 3 n x free: consistent mass with held directions
   std::shared_ptr<SparseCholesky> factor_;  // of Z^T M Z
   Points X_;
-  std::vector<std::vector<Index>> sets_, means_;
+  std::vector<std::vector<Index>> sets_, means_;  // rows
+  std::vector<Points> v_before_;                  // of each set, before the step that predict() has begun
   std::vector<NodalLoad> loads_;
-  Points u_, v_, u_end_, v_end_;  // component axes; v_ is half a step behind u_
-  mutable Points force_, scratch_, Ku_, v_now_;
+  Field u_, u_end_;  // component axes, by rows
+  Field v_;          // half a step behind u_; half a step behind u_end_ from predict() to accept()
+  mutable Field load_, Ku_, v_now_;
+  mutable MeshForces::Work room_;
   mutable bool Ku_is_current_ = false, v_now_is_current_ = false;
-  struct Kick {
-    Index node;
-    Vector3 impulse;  // component axes
-    ImpulseKind kind;
-  };
   std::vector<Kick> kicks_;  // of this step
   double t_ = 0, h_ = 0, last_h_ = 0;
   BodyWork work_;

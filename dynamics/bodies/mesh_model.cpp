@@ -2,7 +2,10 @@
 // The mesh body's shared data, and what a mesh body answers about itself.
 #include <Eigen/Dense>
 
+#include <algorithm>
+#include <cassert>
 #include <cmath>
+#include <utility>
 
 #include "common/error.hpp"
 #include "common/linalg/eigenpairs.hpp"
@@ -10,24 +13,60 @@
 
 namespace cbr {
 
+namespace {
+
+// Lanczos on the planes of a field: 3 n dofs, component c of row i at c n + i.
+double largest_eigenvalue_lumped(const MeshForces& forces, const Vector& inverse_mass) {
+  const Index n = forces.rows();
+  RowThreads threads(1);
+  MeshForces::Work room;
+  Field u(n, 3);
+  return largest_eigenvalue(
+      3 * n,
+      [&](const Vector& x, Vector& y) {
+        u = Eigen::Map<const Field>(x.data(), n, 3);
+        forces.each(u, threads, room, [&](Index begin, Index end, const double* f, Index stride) {
+          for (int c = 0; c < 3; ++c) std::copy(f + c * stride, f + c * stride + end - begin, y.data() + c * n + begin);
+        });
+      },
+      [&](const Vector& x, Vector& y) {
+        Eigen::Map<Field>(y.data(), n, 3).array() =
+            Eigen::Map<const Field>(x.data(), n, 3).array().colwise() * inverse_mass.array();
+      });
+}
+
+}  // namespace
+
 MeshModel mesh_model(const FiniteElementModel& model, const Points& coordinates, bool lumped) {
+  return mesh_model(model, coordinates, lumped, MeshForces(model.K));
+}
+
+MeshModel mesh_model(const FiniteElementModel& model, const Points& coordinates, bool lumped, MeshForces forces) {
   MeshModel mesh;
   const Index n = coordinates.rows();
   mesh.coordinates = coordinates;
-  mesh.K = block_matrix(model.K);
+  mesh.forces = std::move(forces);
+  const auto& order = mesh.forces.order();
+  mesh.row_of_node.resize(n);
+  for (Index i = 0; i < n; ++i) mesh.row_of_node[order[i]] = i;
   Vector ones = Vector::Zero(3 * n);
   for (Index i = 0; i < n; ++i) ones[3 * i] = 1;
-  const Vector rows = model.M * ones;
+  const Vector sums = model.M * ones;
   mesh.mass.resize(n);
-  for (Index i = 0; i < n; ++i) mesh.mass[i] = rows[3 * i];
+  for (Index i = 0; i < n; ++i) mesh.mass[i] = sums[3 * order[i]];
   // Row sums of a consistent mass may be negative (corners of hex20 and tet10): only a nodal enforcement minds, and looks itself.
   if (lumped && !(mesh.mass.minCoeff() > 0)) throw RunError("a node of the mesh has a lumped mass that is not positive");
   mesh.rigid_body = rigid_body(model.M, coordinates);
-  mesh.MR.noalias() = model.M * rigid_modes(coordinates, mesh.rigid_body.center);
   double lambda = 0;
   if (lumped) {
-    lambda = largest_eigenvalue(model.K, Vector(model.M.diagonal()));
+    mesh.inverse_mass = mesh.mass.cwiseInverse();
+    mesh.arms.resize(n, 3);
+    for (Index i = 0; i < n; ++i)
+      mesh.arms.row(i) = mesh.mass[i] * (coordinates.row(order[i]) - mesh.rigid_body.center.transpose());
+    lambda = largest_eigenvalue_lumped(mesh.forces, mesh.inverse_mass);
   } else {
+    assert(std::is_sorted(order.begin(), order.end()));
+    mesh.MR.noalias() = model.M * rigid_modes(coordinates, mesh.rigid_body.center);
     mesh.M = model.M;
     const SparseCholesky factor(model.M);
     if (!factor.ok()) throw RunError("the consistent mass is not positive definite");
@@ -55,7 +94,7 @@ NodeResponse MeshBody::response(Index set, double h) const {
   }
   // Columns of T h M^-1 T^T on the free directions   (3m x 3m)
   Matrix S = Matrix::Zero(3 * m, 3 * m);
-  Points force = Points::Zero(model_->mass.size(), 3), a = force;
+  Field force = Field::Zero(model_->mass.size(), 3), a = force;
   for (Index j = 0; j < 3 * m; ++j) {
     force.row(nodes[j / 3]) = placement_.T.row(j % 3);
     if (consistent()) {
@@ -75,27 +114,47 @@ NodeResponse MeshBody::response(Index set, double h) const {
 
 Points MeshBody::nodal_masses(Index set) const { return model_->mass(sets_[set]).replicate(1, 3); }
 
-void MeshBody::add_force(const Points& forces, const History& history) { loads_.push_back({forces * placement_.T, history}); }
+void MeshBody::add_force(const Points& forces, const History& history) {
+  Field force(forces.rows(), 3);
+  for (Index i = 0; i < force.rows(); ++i) force.row(i) = forces.row(model_->forces.order()[i]) * placement_.T;
+  loads_.push_back({std::move(force), history});
+}
 
 void MeshBody::add_gravity(const Vector3& acceleration, const History& history) {
   // M r g: row sums, lumped or consistent
   loads_.push_back({model_->mass * (placement_.T.transpose() * acceleration).transpose(), history});
 }
 
-double MeshBody::scalar_product(const Points& v, const Points& w) const {
-  const Eigen::Map<const Vector> a(v.data(), v.size()), b(w.data(), w.size());
-  if (consistent()) return a.dot(model_->M * b);
-  return (v.cwiseProduct(w).rowwise().sum().array() * model_->mass.array()).sum();
+double MeshBody::scalar_product(const Field& v, const Field& w) const {
+  if (consistent()) {
+    const Points a = v, b = w;
+    return Eigen::Map<const Vector>(a.data(), a.size()).dot(model_->M * Eigen::Map<const Vector>(b.data(), b.size()));
+  }
+  double sum = 0;
+  for (int c = 0; c < 3; ++c) sum += (v.col(c).array() * w.col(c).array() * model_->mass.array()).sum();
+  return sum;
+}
+
+Eigen::Matrix<double, 6, 1> MeshBody::momenta(const Field& v) const {
+  Eigen::Matrix<double, 6, 1> p;
+  if (consistent()) {
+    const Points by_node = v;
+    return model_->MR.transpose() * Eigen::Map<const Vector>(by_node.data(), by_node.size());
+  }
+  Matrix3 moment;  // sum of (m X) v^T
+  for (int c = 0; c < 3; ++c) {
+    p[c] = model_->mass.dot(v.col(c));
+    for (int r = 0; r < 3; ++r) moment(r, c) = r == c ? 0 : model_->arms.col(r).dot(v.col(c));
+  }
+  p.tail<3>() << moment(1, 2) - moment(2, 1), moment(2, 0) - moment(0, 2), moment(0, 1) - moment(1, 0);
+  return p;
 }
 
 BodyState MeshBody::state() const {
   const Matrix3& T = placement_.T;
   const RigidBody& rigid = model_->rigid_body;
-  const Eigen::Map<const Vector> u(u_.data(), u_.size()), v(v_.data(), v_.size());
-  const Points &Ku = internal_forces(), &present = present_velocities();
-  const Eigen::Map<const Vector> v_now(present.data(), present.size());
-  const Eigen::Map<const Vector> internal(Ku.data(), Ku.size());
-  const Vector moment = model_->MR.transpose() * u, rate = model_->MR.transpose() * v_now;
+  const Field& Ku = internal_forces();
+  const auto moment = momenta(u_), rate = momenta(present_velocities());
   BodyState state;
   state.center_of_mass = T * (rigid.center + moment.head<3>() / rigid.mass) + placement_.position;
   state.momentum = T * rate.head<3>();
@@ -103,19 +162,19 @@ BodyState MeshBody::state() const {
   state.rotation = rigid.inertia.ldlt().solve(moment.tail<3>()).norm();
   if (!std::isfinite(state.rotation)) state.rotation = 0;
   // 1/2 v- M v+ with v+ of the internal forces alone: what leapfrog conserves together with the strain energy
-  state.kinetic_energy = 0.5 * scalar_product(v_, v_) - 0.5 * last_h_ * v.dot(internal);
-  state.strain_energy = 0.5 * u.dot(internal);
+  state.kinetic_energy = 0.5 * scalar_product(v_, v_) - 0.5 * last_h_ * v_.cwiseProduct(Ku).sum();
+  state.strain_energy = 0.5 * u_.cwiseProduct(Ku).sum();
   return state;
 }
 
 void MeshBody::displacements(Points& u, Points& v) const {
-  u = u_ * placement_.T.transpose();
-  v = present_velocities() * placement_.T.transpose();
+  u = by_nodes(u_) * placement_.T.transpose();
+  v = by_nodes(present_velocities()) * placement_.T.transpose();
 }
 
 void MeshBody::coordinates(Vector& q, Vector& rates) const {
-  const Points& v = present_velocities();
-  q = Eigen::Map<const Vector>(u_.data(), u_.size());
+  const Points u = by_nodes(u_), v = by_nodes(present_velocities());
+  q = Eigen::Map<const Vector>(u.data(), u.size());
   rates = Eigen::Map<const Vector>(v.data(), v.size());
 }
 

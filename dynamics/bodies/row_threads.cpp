@@ -1,36 +1,59 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/bodies/row_threads.hpp"
 
+#include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <mutex>
 #include <thread>
 #include <vector>
 
 namespace cbr {
+namespace {
+
+// Whether `happened` within a short while: waking a sleeping thread takes as long as a step of a small mesh.
+template <typename Condition>
+bool soon(const Condition& happened) {
+  constexpr auto patience = std::chrono::microseconds(50);
+  const auto start = std::chrono::steady_clock::now();
+  do {
+    for (int i = 0; i < 32; ++i) {
+      if (happened()) return true;
+#if defined(__x86_64__)
+      __builtin_ia32_pause();
+#endif
+    }
+  } while (std::chrono::steady_clock::now() - start < patience);
+  return false;
+}
+
+}  // namespace
 
 struct RowThreads::Impl {
   std::mutex mutex;
   std::condition_variable start, done;
   std::vector<std::thread> threads;
-  const std::function<void(Index, Index)>* work = nullptr;
-  Index n = 0;
-  std::uint64_t round = 0;
-  int running = 0;
-  bool quit = false;
+  const std::function<void(int)>* work = nullptr;
+  std::atomic<std::uint64_t> round = 0;
+  std::atomic<int> running = 0;
+  std::atomic<bool> quit = false;
 
-  Index part(std::size_t t) const { return n * static_cast<Index>(t) / static_cast<Index>(threads.size() + 1); }
-
-  void loop(std::size_t t) {
+  void loop(int t) {
     std::uint64_t seen = 0;
-    std::unique_lock lock(mutex);
     for (;;) {
-      start.wait(lock, [&] { return quit || round != seen; });
+      const auto is_called = [&] { return quit.load() || round.load() != seen; };
+      if (!soon(is_called)) {
+        std::unique_lock lock(mutex);
+        start.wait(lock, is_called);
+      }
       if (quit) return;
       seen = round;
-      lock.unlock();
-      (*work)(part(t), part(t + 1));
-      lock.lock();
-      if (--running == 0) done.notify_one();
+      (*work)(t);
+      if (running.fetch_sub(1) == 1) {
+        // Taken, so that the caller cannot fall asleep between its look at `running` and this.
+        const std::lock_guard lock(mutex);
+        done.notify_one();
+      }
     }
   }
 };
@@ -38,10 +61,7 @@ struct RowThreads::Impl {
 RowThreads::RowThreads(int n_threads) {
   if (n_threads <= 1) return;
   impl_ = std::make_unique<Impl>();
-  impl_->threads.resize(static_cast<std::size_t>(n_threads) - 1);
-  // All slots exist before the first thread reads their number.
-  for (std::size_t t = 0; t < impl_->threads.size(); ++t)
-    impl_->threads[t] = std::thread([impl = impl_.get(), t] { impl->loop(t + 1); });
+  for (int t = 1; t < n_threads; ++t) impl_->threads.emplace_back([impl = impl_.get(), t] { impl->loop(t); });
 }
 
 RowThreads::~RowThreads() {
@@ -57,19 +77,26 @@ RowThreads::~RowThreads() {
 RowThreads::RowThreads(RowThreads&&) noexcept = default;
 RowThreads& RowThreads::operator=(RowThreads&&) noexcept = default;
 
-void RowThreads::for_rows(Index n, const std::function<void(Index, Index)>& work) {
-  if (!impl_) return work(0, n);
+int RowThreads::size() const { return impl_ ? static_cast<int>(impl_->threads.size()) + 1 : 1; }
+
+void RowThreads::run(const std::function<void(int)>& work) {
+  if (!impl_) return work(0);
   {
     const std::lock_guard lock(impl_->mutex);
     impl_->work = &work;
-    impl_->n = n;
     impl_->running = static_cast<int>(impl_->threads.size());
     ++impl_->round;
   }
   impl_->start.notify_all();
-  work(impl_->part(0), impl_->part(1));
+  work(0);
+  const auto is_done = [&] { return impl_->running.load() == 0; };
+  if (soon(is_done)) return;
   std::unique_lock lock(impl_->mutex);
-  impl_->done.wait(lock, [&] { return impl_->running == 0; });
+  impl_->done.wait(lock, is_done);
+}
+
+void RowThreads::for_rows(Index n, const std::function<void(Index, Index)>& work) {
+  run([&](int t) { work(part(n, t), part(n, t + 1)); });
 }
 
 }  // namespace cbr

@@ -17,8 +17,14 @@ class RowThreads {
   RowThreads(RowThreads&&) noexcept;
   RowThreads& operator=(RowThreads&&) noexcept;
 
-  // work(begin, end) over equal parts of 0 .. n; returns when all are done. Work must not throw.
+  int size() const;
+  // work(t) for t = 0 .. size() - 1, each on a thread of its own; returns when all are done. Work must not throw. A thread that has
+  // done its part looks out for the next for some 50 microseconds before it sleeps: steps follow each other closely.
+  void run(const std::function<void(int)>& work);
+  // work(begin, end) over equal parts of 0 .. n.
   void for_rows(Index n, const std::function<void(Index, Index)>& work);
+  // Begin of part t of n rows in size() equal parts; t = size(): n.
+  Index part(Index n, int t) const { return n * t / size(); }
 
  private:
   struct Impl;

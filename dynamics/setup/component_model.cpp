@@ -200,7 +200,10 @@ MeshedComponent read_meshed_component(const Scene& scene, const Component& compo
   const auto instances = instances_of(scene, component, InstanceKind::mesh);
   if (std::any_of(instances.begin(), instances.end(),
                   [&](const Instance* i) { return coordinates_of_mesh(scene, *i, *meshed.geometry) == Coordinates::nodal; }))
-    meshed.model = std::make_shared<MeshModel>(mesh_model(*fe, meshed.geometry->coordinates, component.mass == MassKind::lumped));
+    meshed.model = std::make_shared<MeshModel>(
+        component.mass == MassKind::lumped
+            ? mesh_model(*fe, meshed.geometry->coordinates, true, MeshForces(*fe, *meshed.mesh, meshed.properties))
+            : mesh_model(*fe, meshed.geometry->coordinates, false));
   return meshed;
 }
 

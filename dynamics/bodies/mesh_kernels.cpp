@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/bodies/mesh_kernels.hpp"
+
+#include <array>
+
+namespace cbr {
+namespace {
+
+// GCC's and Clang's vectors: wide enough for the widest set, split by the compiler where registers are narrower.
+using Lanes = double __attribute__((vector_size(64)));
+using StoredLanes = double __attribute__((vector_size(64), aligned(8), may_alias));
+static_assert(sizeof(Lanes) == SharedElements::lanes * sizeof(double));
+
+#define CBR_INLINE __attribute__((always_inline)) inline
+
+// x = H x over the eight corners
+CBR_INLINE void walsh(Lanes (&x)[8]) {
+  for (int bit = 1; bit < 8; bit <<= 1) {
+    for (int b = 0; b < 8; ++b) {
+      if (b & bit) continue;
+      const Lanes sum = x[b] + x[b | bit], difference = x[b] - x[b | bit];
+      x[b] = sum, x[b | bit] = difference;
+    }
+  }
+}
+
+CBR_INLINE void add_boxes(const SharedElements& shared, std::size_t first, std::size_t last, const double* u, Index u_stride,
+                          double* f, Index f_stride, Index f_begin) {
+  for (std::size_t k = first; k < last; ++k) {
+    const SharedElements::Batch& batch = shared.batches[k];
+    const SharedElements::Pattern& pattern = shared.patterns[batch.pattern];
+    const double* S = shared.stiffness[pattern.stiffness][0].data();
+    Lanes x[3][8];
+#pragma GCC unroll 3
+    for (int c = 0; c < 3; ++c) {
+      const double* from = u + c * u_stride + batch.base;
+#pragma GCC unroll 8
+      for (int b = 0; b < 8; ++b) x[c][b] = *reinterpret_cast<const StoredLanes*>(from + pattern.offset[b]);
+      walsh(x[c]);
+    }
+#pragma GCC unroll 8
+    for (int s = 0; s < 8; ++s) {
+      Lanes &x0 = x[0][s ^ 1], &x1 = x[1][s ^ 2], &x2 = x[2][s ^ 4];
+      const double* A = S + 9 * s;
+      const Lanes y0 = A[0] * x0 + A[1] * x1 + A[2] * x2;
+      const Lanes y1 = A[3] * x0 + A[4] * x1 + A[5] * x2;
+      const Lanes y2 = A[6] * x0 + A[7] * x1 + A[8] * x2;
+      x0 = y0, x1 = y1, x2 = y2;
+    }
+    if (batch.used != 0xff) {
+      Lanes is_used;
+      for (int lane = 0; lane < SharedElements::lanes; ++lane) is_used[lane] = batch.used >> lane & 1u;
+      for (auto& of_component : x)
+        for (Lanes& value : of_component) value *= is_used;
+    }
+#pragma GCC unroll 3
+    for (int c = 0; c < 3; ++c) {
+      walsh(x[c]);
+      double* to = f + c * f_stride + (batch.base - f_begin);
+#pragma GCC unroll 8
+      for (int b = 0; b < 8; ++b) {
+        auto* at = reinterpret_cast<StoredLanes*>(to + pattern.offset[b]);
+        *at = *at + x[c][b];
+      }
+    }
+  }
+}
+
+CBR_INLINE void leap(const LeapfrogSpan& span, Index n, double s, double h) {
+  const double* __restrict f = span.f;
+  const double* __restrict m = span.inverse_mass;
+  const double* __restrict u = span.u;
+  double* __restrict v = span.v;
+  double* __restrict u_end = span.u_end;
+  if (const double* __restrict load = span.load) {
+    for (Index i = 0; i < n; ++i) {
+      v[i] += s * m[i] * (load[i] - f[i]);
+      u_end[i] = u[i] + h * v[i];
+    }
+    return;
+  }
+  for (Index i = 0; i < n; ++i) {
+    v[i] -= s * m[i] * f[i];
+    u_end[i] = u[i] + h * v[i];
+  }
+}
+
+struct Kernels {
+  decltype(&add_box_forces) boxes;
+  decltype(&leapfrog) leap;
+};
+
+#define CBR_KERNELS(NAME, TARGET)                                                                                              \
+  TARGET void boxes_##NAME(const SharedElements& shared, std::size_t first, std::size_t last, const double* u, Index u_stride, \
+                           double* f, Index f_stride, Index f_begin) {                                                         \
+    add_boxes(shared, first, last, u, u_stride, f, f_stride, f_begin);                                                         \
+  }                                                                                                                            \
+  TARGET void leap_##NAME(const LeapfrogSpan& span, Index n, double s, double h) { leap(span, n, s, h); }
+
+CBR_KERNELS(plain, )
+#if defined(__x86_64__)
+CBR_KERNELS(v3, __attribute__((target("arch=x86-64-v3"))))
+CBR_KERNELS(v4, __attribute__((target("arch=x86-64-v4"))))
+#endif
+
+Kernels best() {
+#if defined(__x86_64__)
+  __builtin_cpu_init();
+  if (__builtin_cpu_supports("x86-64-v4")) return {boxes_v4, leap_v4};
+  if (__builtin_cpu_supports("x86-64-v3")) return {boxes_v3, leap_v3};
+#endif
+  return {boxes_plain, leap_plain};
+}
+
+const Kernels kernels = best();
+
+}  // namespace
+
+void add_box_forces(const SharedElements& shared, std::size_t first, std::size_t last, const double* u, Index u_stride, double* f,
+                    Index f_stride, Index f_begin) {
+  kernels.boxes(shared, first, last, u, u_stride, f, f_stride, f_begin);
+}
+
+void leapfrog(const LeapfrogSpan& span, Index n, double s, double h) { kernels.leap(span, n, s, h); }
+
+}  // namespace cbr

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The inner loops of a full mesh's step, compiled for the instruction sets of x86-64-v4, -v3 and the plain one; which of them runs
+// is found out once. Fields are three planes: component c of node i is at field[c * stride + i].
+#pragma once
+
+#include <cstddef>
+
+#include "dynamics/bodies/shared_elements.hpp"
+
+namespace cbr {
+
+// f += K_e u of batches first .. last - 1. f: planes of their own stride, whose entry 0 is node `f_begin`.
+void add_box_forces(const SharedElements& shared, std::size_t first, std::size_t last, const double* u, Index u_stride, double* f,
+                    Index f_stride, Index f_begin);
+
+// One component of nodes 0 .. n - 1:  v += s (load - f) / m,  u_end = u + h v.  load may be null: zero.
+struct LeapfrogSpan {
+  const double *f, *load, *inverse_mass, *u;
+  double *v, *u_end;
+};
+void leapfrog(const LeapfrogSpan& span, Index n, double s, double h);
+
+}  // namespace cbr
