@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "dynamics/bodies/mesh_kernels.hpp"
+
 namespace cbr {
 
 BlockMatrix block_matrix(const SparseMatrix& A) {
@@ -26,13 +28,13 @@ BlockMatrix block_matrix(const SparseMatrix& A) {
     B.column.insert(B.column.end(), of_row.begin(), of_row.end());
     B.first[i + 1] = static_cast<std::int64_t>(B.column.size());
   }
-  B.values.assign(9 * B.column.size(), 0);
+  B.values.assign(9 * B.column.size() + 1, 0);
   for (Index i = 0; i < n; ++i) {
     const auto begin = B.column.begin() + B.first[i], end = B.column.begin() + B.first[i + 1];
     for (int c = 0; c < 3; ++c) {
       for (SparseMatrix::InnerIterator it(A, 3 * i + c); it; ++it) {
         const auto b = std::lower_bound(begin, end, static_cast<std::int32_t>(it.row() / 3)) - B.column.begin();
-        B.values[9 * b + 3 * c + it.row() % 3] = it.value();
+        B.values[9 * b + 3 * (it.row() % 3) + c] = it.value();
       }
     }
   }
@@ -40,34 +42,11 @@ BlockMatrix block_matrix(const SparseMatrix& A) {
 }
 
 void multiply(const BlockMatrix& A, const double* x, double* y, RowThreads& threads) {
-  threads.for_rows(A.rows(), [&](Index begin, Index end) {
-    for (Index i = begin; i < end; ++i) {
-      double y0 = 0, y1 = 0, y2 = 0;
-      for (std::int64_t b = A.first[i]; b < A.first[i + 1]; ++b) {
-        const double* v = A.values.data() + 9 * b;
-        const double* u = x + 3 * static_cast<Index>(A.column[b]);
-        y0 += v[0] * u[0] + v[1] * u[1] + v[2] * u[2];
-        y1 += v[3] * u[0] + v[4] * u[1] + v[5] * u[2];
-        y2 += v[6] * u[0] + v[7] * u[1] + v[8] * u[2];
-      }
-      double* to = y + 3 * i;
-      to[0] = y0, to[1] = y1, to[2] = y2;
-    }
-  });
+  threads.for_rows(A.rows(), [&](Index begin, Index end) { block_products(A, x, begin, end, y + 3 * begin, 3, 1); });
 }
 
 void multiply_rows(const BlockMatrix& A, const double* x, Index begin, Index end, double* f, Index stride) {
-  for (Index i = begin; i < end; ++i) {
-    double y0 = 0, y1 = 0, y2 = 0;
-    for (std::int64_t b = A.first[i]; b < A.first[i + 1]; ++b) {
-      const double* v = A.values.data() + 9 * b;
-      const double* u = x + 3 * static_cast<Index>(A.column[b]);
-      y0 += v[0] * u[0] + v[1] * u[1] + v[2] * u[2];
-      y1 += v[3] * u[0] + v[4] * u[1] + v[5] * u[2];
-      y2 += v[6] * u[0] + v[7] * u[1] + v[8] * u[2];
-    }
-    f[i - begin] = y0, f[stride + i - begin] = y1, f[2 * stride + i - begin] = y2;
-  }
+  block_products(A, x, begin, end, f, 1, stride);
 }
 
 void add_rows(const BlockMatrix& A, const double* x, Index x_stride, Index begin, Index end, double* f, Index stride) {
@@ -75,8 +54,7 @@ void add_rows(const BlockMatrix& A, const double* x, Index x_stride, Index begin
     for (std::int64_t b = A.first[i]; b < A.first[i + 1]; ++b) {
       const double* v = A.values.data() + 9 * b;
       const double* u = x + A.column[b];
-      for (int c = 0; c < 3; ++c)
-        f[c * stride + i - begin] += v[3 * c] * u[0] + v[3 * c + 1] * u[x_stride] + v[3 * c + 2] * u[2 * x_stride];
+      for (int c = 0; c < 3; ++c) f[c * stride + i - begin] += v[c] * u[0] + v[3 + c] * u[x_stride] + v[6 + c] * u[2 * x_stride];
     }
   }
 }

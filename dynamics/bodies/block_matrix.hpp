@@ -10,12 +10,12 @@
 
 namespace cbr {
 
-// n x n blocks; block b of row i is values[9 b .. 9 b + 8], row-major, in column column[b]. One index a block, of 32 bits, instead
+// n x n blocks; block b of row i is values[9 b .. 9 b + 8], by columns, in column column[b]. One index a block, of 32 bits, instead
 // of nine of 64: the product is bound by memory.
 struct BlockMatrix {
   std::vector<std::int64_t> first;  // n + 1
   std::vector<std::int32_t> column;
-  std::vector<double> values;
+  std::vector<double> values;  // and one more: four are read at a time
   Index rows() const { return static_cast<Index>(first.size()) - 1; }
 };
 

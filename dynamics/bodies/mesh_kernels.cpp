@@ -85,12 +85,38 @@ CBR_INLINE void leap(const LeapfrogSpan& span, Index n, double s, double h) {
   }
 }
 
+using Four = double __attribute__((vector_size(32)));
+using StoredFour = double __attribute__((vector_size(32), aligned(8), may_alias));
+
+CBR_INLINE void block_rows(const BlockMatrix& A, const double* x, Index begin, Index end, double* y, Index row_stride,
+                           Index stride) {
+  const double* values = A.values.data();
+  const std::int32_t* column = A.column.data();
+  for (Index i = begin; i < end; ++i, y += row_stride) {
+    Four y0{}, y1{}, y2{};  // of the three columns of the blocks; the fourth entry is the next column's
+    for (std::int64_t b = A.first[i]; b < A.first[i + 1]; ++b) {
+      const double* block = values + 9 * b;
+      const double* u = x + 3 * static_cast<Index>(column[b]);
+      y0 += *reinterpret_cast<const StoredFour*>(block) * u[0];
+      y1 += *reinterpret_cast<const StoredFour*>(block + 3) * u[1];
+      y2 += *reinterpret_cast<const StoredFour*>(block + 6) * u[2];
+    }
+    y0 += y1 + y2;
+    y[0] = y0[0], y[stride] = y0[1], y[2 * stride] = y0[2];
+  }
+}
+
 struct Kernels {
+  decltype(&block_products) products;
   decltype(&add_box_forces) boxes;
   decltype(&leapfrog) leap;
 };
 
 #define CBR_KERNELS(NAME, TARGET)                                                                                              \
+  TARGET void products_##NAME(const BlockMatrix& A, const double* x, Index begin, Index end, double* y, Index row_stride,      \
+                              Index stride) {                                                                                  \
+    block_rows(A, x, begin, end, y, row_stride, stride);                                                                       \
+  }                                                                                                                            \
   TARGET void boxes_##NAME(const SharedElements& shared, std::size_t first, std::size_t last, const double* u, Index u_stride, \
                            double* f, Index f_stride, Index f_begin) {                                                         \
     add_boxes(shared, first, last, u, u_stride, f, f_stride, f_begin);                                                         \
@@ -106,10 +132,10 @@ CBR_KERNELS(v4, __attribute__((target("arch=x86-64-v4"))))
 Kernels best() {
 #if defined(__x86_64__)
   __builtin_cpu_init();
-  if (__builtin_cpu_supports("x86-64-v4")) return {boxes_v4, leap_v4};
-  if (__builtin_cpu_supports("x86-64-v3")) return {boxes_v3, leap_v3};
+  if (__builtin_cpu_supports("x86-64-v4")) return {products_v4, boxes_v4, leap_v4};
+  if (__builtin_cpu_supports("x86-64-v3")) return {products_v3, boxes_v3, leap_v3};
 #endif
-  return {boxes_plain, leap_plain};
+  return {products_plain, boxes_plain, leap_plain};
 }
 
 const Kernels kernels = best();
@@ -119,6 +145,10 @@ const Kernels kernels = best();
 void add_box_forces(const SharedElements& shared, std::size_t first, std::size_t last, const double* u, Index u_stride, double* f,
                     Index f_stride, Index f_begin) {
   kernels.boxes(shared, first, last, u, u_stride, f, f_stride, f_begin);
+}
+
+void block_products(const BlockMatrix& A, const double* x, Index begin, Index end, double* y, Index row_stride, Index stride) {
+  kernels.products(A, x, begin, end, y, row_stride, stride);
 }
 
 void leapfrog(const LeapfrogSpan& span, Index n, double s, double h) { kernels.leap(span, n, s, h); }

@@ -5,6 +5,7 @@
 
 #include <cstddef>
 
+#include "dynamics/bodies/block_matrix.hpp"
 #include "dynamics/bodies/shared_elements.hpp"
 
 namespace cbr {
@@ -12,6 +13,9 @@ namespace cbr {
 // f += K_e u of batches first .. last - 1. f: planes of their own stride, whose entry 0 is node `f_begin`.
 void add_box_forces(const SharedElements& shared, std::size_t first, std::size_t last, const double* u, Index u_stride, double* f,
                     Index f_stride, Index f_begin);
+
+// Rows begin .. end - 1 of A x (x: 3 by 3 for each row): component c of row i to y[(i - begin) * row_stride + c * stride].
+void block_products(const BlockMatrix& A, const double* x, Index begin, Index end, double* y, Index row_stride, Index stride);
 
 // One component of nodes 0 .. n - 1:  v += s (load - f) / m,  u_end = u + h v.  load may be null: zero.
 struct LeapfrogSpan {
