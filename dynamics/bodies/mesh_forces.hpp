@@ -31,10 +31,12 @@ class MeshForces {
   Index rows() const { return n_; }
   // Node of the model of each row.
   const std::vector<Index>& order() const { return order_; }
-  // What one product reads and computes, but for the fields: "shared 3000 assembled 0", bytes, operations.
+  // What one product reads, but for the fields, and computes.
   Index n_shared_elements() const { return shared_.n_elements; }
   double bytes() const;
   double operations() const;
+  // Of one product on one core: what the choice goes by.
+  double estimated_seconds() const;
 
   // Room that each body needs of its own.
   struct Work {

@@ -171,11 +171,13 @@ class Builder {
     }
   }
 
-  // Threads pay when a product takes longer than waking them: some thousand nodes.
+  // Threads pay when a product takes longer than bringing them together, and much longer than that when the machine has other work.
   std::shared_ptr<RowThreads> threads() const {
-    Index largest = 0;
-    for (const auto& [name, component] : meshed_) largest = std::max(largest, component.geometry->coordinates.rows());
-    return std::make_shared<RowThreads>(largest > 2000 ? n_threads() : 1);
+    constexpr double worth_it = 1e-4;
+    double longest = 0;
+    for (const auto& [name, component] : meshed_)
+      if (component.model) longest = std::max(longest, component.model->forces.estimated_seconds());
+    return std::make_shared<RowThreads>(longest > worth_it ? n_threads() : 1);
   }
 
   void add(const Instance& instance, BodyMaker& maker) {
