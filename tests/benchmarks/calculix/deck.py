@@ -113,7 +113,7 @@ def main():
     p.add_argument("mesh")
     p.add_argument("deck")
     p.add_argument("--method", choices=("explicit", "implicit"), default="explicit")
-    p.add_argument("--element", default="C3D8", help="explicit steps of C3D8I do not end (CalculiX 2.20)")
+    p.add_argument("--element", default="C3D8", help="C3D8I with a fixed explicit step did not end in the time given (CalculiX 2.20)")
     p.add_argument("--contact", choices=("massless", "node", "face"), default="face")
     p.add_argument("--step", type=float, default=0, help="fixed step, s; 0: CalculiX' own")
     p.add_argument("--stiffness", type=float, default=0.3 * 5.17e12 / 2.54e-3,
