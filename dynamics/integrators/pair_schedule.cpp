@@ -8,6 +8,7 @@ namespace cbr {
 namespace {
 
 constexpr Index longest_wait = 8;
+constexpr double many_steps = 8;  // apart: not worth a bound that says it better
 
 // First time at which g + w t - b t - a t^2 / 2 reaches 0, for g > 0.
 double first_root(double gap, double speed, double growth, double acceleration) {
@@ -209,7 +210,7 @@ void PairSchedule::schedule(Index p, Index step) {
   const Index bodies[2] = {sim_.pairs[p].slave.body, sim_.pairs[p].master.body};
   double apart = steps_apart(p, step);
   for (const bool fine : {false, true}) {
-    if (apart >= 1) break;
+    if (apart >= many_steps) break;
     bool formed = false;
     for (const Index c : bodies) {
       if (resting_[sim_.contact_nodes[c].body] || (known_[c].step == step && (known_[c].fine || !fine))) continue;
@@ -225,7 +226,6 @@ void PairSchedule::schedule(Index p, Index step) {
 
 void PairSchedule::loosen(Index c) {
   Known& known = known_[c];
-  known.wait = 1;
   if (known.loose || pairs_of_[c].empty()) return;
   known.loose = true, known.step = -1;
   loose_.push_back(c);
@@ -237,13 +237,13 @@ void PairSchedule::update(Index step, const ContactOutcome& outcome) {
     const ContactPair& pair = sim_.pairs[p];
     for (const Index c : {pair.slave.body, pair.master.body}) {
       if (outcome.touched[c]) loosen(c);
-      if (outcome.near[p]) known_[c].wait = 1;
+      if (outcome.touched[c] || outcome.near[p]) known_[c].busy_at = step;
     }
   }
   settled_.clear();
   std::erase_if(loose_, [&](Index c) {
     Known& known = known_[c];
-    const bool settles = known.can_settle && !outcome.touched[c] && --known.wait < 0;
+    const bool settles = known.can_settle && known.busy_at != step;
     if (settles) known.loose = false, settled_.push_back(c);
     return settles;
   });

@@ -41,8 +41,8 @@ class PairSchedule {
     Index step = -1;    // of the bound; -1: none
     bool fine = false;  // not the quick one
     bool loose = false, can_settle = false;
-    Index wait = 1;  // steps in peace before it is free again
-    Box box;         // where a free body is in the step box_step
+    Index busy_at = -1;  // the last step in which it was pushed, or near to be
+    Box box;             // where a free body is in the step box_step
     Index box_step = -1;
   };
   struct Entry {
