@@ -24,8 +24,10 @@ Bound largest_ritz_value(const Vector& alpha, const Vector& beta, Index n) {
 }  // namespace
 
 double largest_eigenvalue(Index n, const LinearMap& multiply_K, const LinearMap& solve_M) {
-  constexpr Index steps = 120, look_every = 10;
-  constexpr double enough = 1e-6;
+  // To round-off's reach, so that neither the critical step nor a penalty depends on how nodes are numbered
+  const Index steps = std::min<Index>(500, std::max<Index>(n, 2));
+  constexpr double enough = 1e-10;
+  Index look = 10;
   std::mt19937_64 random(1);
   // q and p = M q, normalised by q . p: M itself is never asked for.
   Vector p = Vector::NullaryExpr(n, [&] { return static_cast<double>(random() >> 11) * 0x1p-53 - 0.5; });
@@ -45,7 +47,8 @@ double largest_eigenvalue(Index n, const LinearMap& multiply_K, const LinearMap&
     if (j > 0) Kq -= beta[j - 1] * p_before, w -= beta[j - 1] * q_before;
     beta[j] = std::sqrt(std::max(w.dot(Kq), 0.0));
     const bool invariant = beta[j] <= 1e-13 * std::abs(alpha.head(j + 1).cwiseAbs().maxCoeff());
-    if (invariant || (j + 1) % look_every == 0) {
+    if (invariant || j + 1 == look || j + 1 == steps) {
+      look += std::max<Index>(10, look / 3);  // a look costs (j + 1)^3
       bound = largest_ritz_value(alpha, beta, j + 1);
       if (invariant || bound.residual <= enough * bound.value) break;
     }

@@ -256,7 +256,7 @@ BallRun oblique(const std::string& as, double friction, double along, Index m) {
   folder.add("ball.msh", graded_ball({10e-3, 0.5e-3, m, 7 * m / 4, m / 4, false}));
   std::ostringstream s;
   s << "materials: {steel: {youngs_modulus: 210.0e9, poissons_ratio: 0.3, density: 7850}}\n"
-    << "components: {ball: {mesh: ball.msh, material: steel, reduction: {interface: [contact], modes: 10}}}\n"
+    << "components: {ball: {mesh: ball.msh, material: steel, reduction: {interface: [contact], modes: 11}}}\n"
     << "instances: {ball: {component: ball, as: " << as << ", position: [0, 0, 1.0e-8], velocity: [" << text(along)
     << ", 0, -1]}}\n"
     << "walls: {floor: {plane: {point: [0, 0, 0], normal: [0, 0, 1]}}}\n"
@@ -290,6 +290,7 @@ BallRun oblique(const std::string& as, double friction, double along, Index m) {
   return r;
 }
 
+// 11 modes: 10 would keep one of a pair of equal frequency, and which one is up to round-off: a ball without its symmetry.
 TEST(ObliqueImpact, SlidingBall) {
   BallRun runs[2];
   for (const int full : {0, 1}) {

@@ -265,8 +265,8 @@ TEST(Hertz, PenaltyTendsToImpulse) {
   EXPECT_LT(difference.back(), 0.02);
 }
 
-// The reduced ball against the full one: in the number of modes, and in the step (between its ends an exact body moves by
-// F h^2 / 12 m more than at them; central differences sample the ends alone).
+// The reduced ball against the full one: in the number of modes, and at any step, as its impulses have the compliance of a force
+// that lasts (without: off by F h^2 / 12 m, which is 0.4 % at the critical step).
 TEST(Hertz, SuperelementIsTheMesh) {
   BallScene ball;
   ball.impact.on_plane = false, ball.partner = "ball", ball.m = 6, ball.quarter = false, ball.step = "{cfl: 0.45}";
@@ -283,14 +283,11 @@ TEST(Hertz, SuperelementIsTheMesh) {
     expect_conserved(e, ball.m);
     return e;
   };
-  std::vector<double> h, difference;
   std::map<int, double> approach;  // by modes, at one step
   for (const double cfl : {1.0, 0.25, 0.5}) {
     approach[10] = reduced(10, cfl).approach;
-    h.push_back(cfl), difference.push_back(std::abs(approach[10] - full.approach));
+    EXPECT_NEAR(approach[10], full.approach, 1e-4) << cfl;
   }
-  EXPECT_GT(observed_order(h, difference), 1.8);
-  EXPECT_LT(difference[1], 1e-3);
   for (const int modes : {0, 5, 20}) approach[modes] = reduced(modes, 0.5).approach;
   EXPECT_GT(std::abs(approach[0] - approach[20]), 0.1);  // without modes most of the ball's mass hangs on the patch
   EXPECT_LT(std::abs(approach[5] - approach[20]), 2e-4);
@@ -298,7 +295,7 @@ TEST(Hertz, SuperelementIsTheMesh) {
 }
 
 // The other ball turned by 30 degrees about the axis: no node meets a node.
-void non_matching(const char* contact, const std::vector<Index>& refinements) {
+void non_matching(const char* contact, const std::vector<Index>& refinements, double rest) {
   std::vector<double> h, force;
   BallScene ball;
   ball.impact.on_plane = false, ball.partner = "ball", ball.quarter = false, ball.turn = 30, ball.step = "{cfl: 0.45}";
@@ -311,12 +308,13 @@ void non_matching(const char* contact, const std::vector<Index>& refinements) {
     h.push_back(1 / double(m)), force.push_back(e.force);
   }
   EXPECT_GT(observed_order(h, force), 1.8);
-  expect_close(e, ball, 0.015, 0.012);
+  expect_close(e, ball, 0.015, rest);
 }
 
-TEST(Hertz, NonMatchingNodeFace) { non_matching("formulation: node-face", {4, 6, 8}); }
+TEST(Hertz, NonMatchingNodeFace) { non_matching("formulation: node-face", {4, 6, 8}, 0.012); }
 
-TEST(Hertz, NonMatchingMortar) { non_matching("formulation: mortar", {4, 6}); }
+// On the coarser mesh 1.3 % of the approach are missing, and were 1.1 while steps made the balls a little too stiff
+TEST(Hertz, NonMatchingMortar) { non_matching("formulation: mortar", {4, 6}, 0.015); }
 
 }  // namespace
 }  // namespace cbr::test

@@ -96,8 +96,8 @@ void expect_rest(const Way& way, const Limits& limits) {
   EXPECT_LT(gain, limits.gain) << way.name;
 }
 
-// Without friction the least sideways push would make the stack slide: a node on the corner of four faces that lean by about the strain
-// must take no face's side.
+// Without friction the least sideways push would make the stack slide: a node on the corner of four faces that lean by about the
+// strain must take no face's side.
 TEST(Stack, TenBlocksRest) {
   expect_rest({"mesh", true, 2, 2, "", 12.5}, {3e-3, 0.07, 1e-8, 1e-12, 1e-9});
   expect_rest({"superelement", false, 2, 2, "", 12.5}, {3e-3, 0.07, 1e-8, 1e-12, 1e-3});

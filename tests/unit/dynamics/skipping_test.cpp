@@ -87,8 +87,10 @@ TEST(Skipping, ChangesNothing) {
   for (const auto& pair : with.result.pairs)
     met += !pair.active.empty() && *std::max_element(pair.active.begin(), pair.active.end()) > 0;
   EXPECT_GE(met, 2);
-  for (const auto& pair : with.result.pairs)
-    if (!pair.active.empty()) EXPECT_EQ(pair.active.size(), with.result.time.size());
+  for (const auto& pair : with.result.pairs) {
+    if (pair.active.empty()) continue;
+    EXPECT_EQ(pair.active.size(), with.result.time.size());
+  }
 }
 
 TEST(Skipping, InstancesHeldInTheSameWayShareADiagonalForm) {
