@@ -10,6 +10,11 @@
 namespace cbr {
 namespace {
 
+void add_and_move(Body& body, Index set, const Points& impulses, ImpulseKind kind, ContactBody& contact) {
+  body.add_impulses(set, impulses, kind);
+  contact.response.add_product(impulses, contact.end);
+}
+
 // Hands the impulses of the group to the bodies; nodal: as velocities of the nodes alone.
 void deliver(Simulation& sim, const ContactGroup& group, bool nodal, double h, ContactState& state, ContactOutcome& outcome) {
   for (const Index b : group.bodies) {
@@ -23,15 +28,13 @@ void deliver(Simulation& sim, const ContactGroup& group, bool nodal, double h, C
       const Vector3 momentum = contact.impulses.colwise().sum().transpose();
       const Vector3 extra = body.add_velocities(nodes.set, velocities, momentum);
       contact.end += h * (velocities.rowwise() + extra.transpose());
-    } else if (pushed) {
-      body.add_impulses(nodes.set, contact.impulses, ImpulseKind::contact);
-      if (!contact.has_move) contact.response.add_product(contact.impulses, contact.end);
+    } else if (contact.has_move && (pushed || rubbed)) {
+      body.add_answered_impulses(nodes.set, contact.impulses, contact.friction, contact.move);
+      contact.end += contact.move;
+    } else {
+      if (pushed) add_and_move(body, nodes.set, contact.impulses, ImpulseKind::contact, contact);
+      if (rubbed) add_and_move(body, nodes.set, contact.friction, ImpulseKind::friction, contact);
     }
-    if (rubbed) {
-      body.add_impulses(nodes.set, contact.friction, ImpulseKind::friction);
-      if (!contact.has_move) contact.response.add_product(contact.friction, contact.end);
-    }
-    if (contact.has_move) contact.end += contact.move;
     if (pushed || rubbed) sweep(contact);
     if (pushed) state.impulses_since_output[b] += contact.impulses;
     if (rubbed) state.impulses_since_output[b] += contact.friction;
