@@ -4,8 +4,10 @@
 #include <cstdint>
 #include <fstream>
 #include <map>
+#include <mutex>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <vector>
 
 namespace cbr::hdf5 {
@@ -91,11 +93,11 @@ Window read(std::ifstream& in, std::uint64_t begin, std::uint64_t size) {
 
 }  // namespace
 
-bool string_heaps_are_sound(const std::filesystem::path& file) {
-  std::error_code error;
-  const std::uint64_t size = std::filesystem::file_size(file, error);
+namespace {
+
+bool look_through(const std::filesystem::path& file, std::uint64_t size) {
   std::ifstream in(file, std::ios::binary);
-  if (error || !in.is_open()) return false;
+  if (!in.is_open()) return false;
   std::vector<Window> windows;
   if (size <= largest_whole) {
     windows.push_back(read(in, 0, size));
@@ -107,6 +109,23 @@ bool string_heaps_are_sound(const std::filesystem::path& file) {
     if (!heaps_are_sound(window, windows)) return false;
   }
   return true;
+}
+
+}  // namespace
+
+bool string_heaps_are_sound(const std::filesystem::path& file) {
+  // A file is opened several times, for its hash, its light parts, its matrices: one look at its bytes is enough
+  using Seen = std::tuple<std::filesystem::path, std::uint64_t, std::filesystem::file_time_type>;
+  static std::mutex mutex;
+  static std::map<Seen, bool> known;
+  std::error_code error;
+  const std::uint64_t size = std::filesystem::file_size(file, error);
+  if (error) return false;
+  const Seen seen{std::filesystem::absolute(file, error), size, std::filesystem::last_write_time(file, error)};
+  const std::scoped_lock lock(mutex);
+  const auto it = known.find(seen);
+  if (it != known.end() && !error) return it->second;
+  return known[seen] = look_through(file, size);
 }
 
 }  // namespace cbr::hdf5

@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // cbr-dyn: explicit dynamics of superelements and meshes with contact.
+#include <malloc.h>
+
 #include <CLI/CLI.hpp>
 
 #include "common/program.hpp"
 #include "dynamics/program.hpp"
 
 int main(int argc, char** argv) {
+  // Matrices of a step come and go: giving their pages back each time costs more than the step, above all with threads
+  mallopt(M_MMAP_THRESHOLD, 1 << 28);
+  mallopt(M_TRIM_THRESHOLD, 1 << 30);
   CLI::App app("Runs a scene of superelements and meshes with contact, and writes the results file.", "cbr-dyn");
   std::string scene, output;
   cbr::BuildOptions build;

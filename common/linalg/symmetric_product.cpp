@@ -18,13 +18,13 @@
 namespace cbr {
 namespace {
 
-// Rows of a block: of four columns of X and of Y they fit the second cache (256 kB) beside what streams through; longer pieces of a
-// column mean fewer pages.
-constexpr Index block_rows = 4096;
+// Most rows of a block: of four columns of X and of Y they fit the second cache (256 kB) beside what streams through; longer pieces
+// of a column mean fewer pages. Two blocks or more for each part, so that the parts are of a size.
+constexpr Index most_block_rows = 4096;
 // Blocks are dealt to this many partial sums, whatever the number of threads.
 constexpr int n_parts = 4;
-// Below this many entries a thread costs more than it gains.
-constexpr Index worth_a_thread = 1000000;
+// Below this many entries a thread, started and ended for one product, costs more than it gains.
+constexpr Index worth_a_thread = 16000000;
 
 constexpr int lanes = 8, strip = 4;
 typedef double Lanes __attribute__((vector_size(lanes * sizeof(double))));
@@ -110,7 +110,9 @@ void add_block(const Matrix& S, const double* X, Index first, Index last, double
 
 template <int m>
 void add_product(const Matrix& S, const double* X, double* Y, int threads) {
-  const Index n = S.rows(), n_blocks = (n + block_rows - 1) / block_rows;
+  const Index n = S.rows();
+  const Index block_rows = std::clamp<Index>((n / (4 * n_parts) + 3) / 4 * 4, 64, most_block_rows);  // whole strips
+  const Index n_blocks = (n + block_rows - 1) / block_rows;
   thread_local Matrix parts;  // kept from call to call; the workers have the caller's
   parts.setZero(n * m, n_parts);
   Matrix& sums = parts;

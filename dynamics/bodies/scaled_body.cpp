@@ -147,8 +147,7 @@ void ScaledBody::predict(double t, double h) {
 
 // What contact_gain() makes of modal impulses and of those on the tracked dofs.
 void ScaledBody::apply_gain(ScaledKick& kick) const {
-  if (gain_.kept.size() == 0) return;
-  kick.f.array() *= gain_.kept.array();
+  if (gain_.kept.size() > 0) kick.f.array() *= gain_.kept.array();
   kick.p *= gain_.scaled;
 }
 

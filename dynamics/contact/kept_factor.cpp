@@ -54,6 +54,8 @@ KeptFactor::Change KeptFactor::change(const std::vector<Index>& rows) const {
 bool KeptFactor::is_small(const Change& change) const {
   if (change.added.empty() && change.removed.empty() && change.returned.empty()) return true;
   if (pivot_ < weakest_kept) return false;
+  // append() refuses these
+  if (!change.added.empty() && std::find(row_.begin(), row_.end(), Index{-1}) != row_.end()) return false;
   const double n = static_cast<double>(n_);
   const std::size_t removed = removed_.size() + change.removed.size() - change.returned.size();
   return static_cast<double>(removed) <= most_removed * n && static_cast<double>(change.added.size()) <= most_added * n;

@@ -162,7 +162,9 @@ void PairSchedule::add_meetings(Index step, const ContactState& state, std::vect
       double way = body.longest_way + (free ? 0 : state.bodies[d].longest_way);
       if (free) {
         const MotionBound& bound = known_[d].bound;
-        way += bound.lower_speed.cwiseAbs().cwiseMax(bound.upper_speed.cwiseAbs()).norm() * plan().step_length(step);
+        const double since = plan().time(step + 1) - plan().time(std::max<Index>(known_[d].step, 0));
+        const Vector3 speed = bound.lower_speed.cwiseAbs().cwiseMax(bound.upper_speed.cwiseAbs()) + bound.growth;
+        way += (speed + bound.acceleration * since).norm() * plan().step_length(step);
       }
       const Vector3 reach = Vector3::Constant((step == 0 ? 1.5 : 0.5) * largest_face_[p] + 2 * way + pair.adjust.value_or(0));
       if (Box{body.swept.lower - reach, body.swept.upper + reach}.meets(other)) take(p, step, pairs);

@@ -71,7 +71,7 @@ void step_lines(const BuiltScene& built, const RunResult& result, Report& report
   std::ostringstream scaling;
   scaling.precision(3);
   scaling << "mass scaling: in superelements that touch, all modes above " << plan.clip / (2 * std::numbers::pi)
-          << " Hz have that frequency; they held at most " << 100 * result.scaled_energy_share << " % of the energy";
+          << " Hz have that frequency; they held at most " << 100 * result.scaled_energy_share << " % of the energy at an output";
   report.line(scaling.str());
 }
 

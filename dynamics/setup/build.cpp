@@ -73,13 +73,16 @@ void refuse_what_cannot_be(const Scene& scene) {
   }
 }
 
-// Exact bodies that impulses meet answer as to forces that last. Penalty and nodal enforcement are kept as they are published.
-void set_contact_step(const Scene& scene, const std::vector<ContactKind>& contact, BuiltScene& built) {
-  for (const ContactOptions& options : scene.contact)
-    if (options.enforcement != Enforcement::impulse) return;
+// Exact bodies that only impulses meet answer as to forces that last. Penalty and nodal enforcement are kept as they are published.
+void set_contact_step(const std::vector<ContactKind>& contact, BuiltScene& built) {
   const Simulation& sim = built.simulation;
+  std::vector<char> only_impulses(contact.size(), 1);
+  for (const ContactPair& pair : sim.pairs) {
+    if (pair.enforcement == Enforcement::impulse) continue;
+    for (const Index c : {pair.slave.body, pair.master.body}) only_impulses[sim.contact_nodes[c].body] = 0;
+  }
   for (std::size_t b = 0; b < contact.size(); ++b)
-    if (contact[b] != ContactKind::none) sim.bodies[b]->set_contact_step(sim.plan.h);
+    if (contact[b] != ContactKind::none && only_impulses[b]) sim.bodies[b]->set_contact_step(sim.plan.h);
 }
 
 // Modal mass scaling of what touches: modes above 2 / step. What does not is as it was.
@@ -223,7 +226,7 @@ BuiltScene build(const Scene& scene, Report& report, const BuildOptions& options
   add_loads(scene, built);
   add_monitors(scene, built);
   built.simulation.plan = plan_time(*scene.time, scene.output.every, built.simulation.bodies, in_contact);
-  set_contact_step(scene, in_contact, built);
+  set_contact_step(in_contact, built);
   scale_bodies(in_contact, built);
   warn_of_missed_loads(scene, built, report);
   return built;
