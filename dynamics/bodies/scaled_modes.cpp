@@ -9,6 +9,24 @@
 
 namespace cbr {
 
+namespace {
+
+// By tiles that fit the cache: whole rows would touch a page for each number.
+void mirror_lower(Matrix& B) {
+  constexpr Index tile = 64;
+  const Index n = B.rows();
+  for (Index j = 0; j < n; j += tile) {
+    const Index columns = std::min(tile, n - j);
+    for (Index c = j; c < j + columns; ++c) B.row(c).segment(c, j + columns - c) = B.col(c).segment(c, j + columns - c).transpose();
+    for (Index i = j + columns; i < n; i += tile) {
+      const Index rows = std::min(tile, n - i);
+      B.block(j, i, columns, rows) = B.block(i, j, rows, columns).transpose();
+    }
+  }
+}
+
+}  // namespace
+
 std::shared_ptr<const Matrix> ScaledRows::response(double h, double contact_step, const ScaledGain& gain) const {
   if (last_.block && last_.h == h && last_.contact_step == contact_step) return last_.block;
   if (other_.block && other_.h == h && other_.contact_step == contact_step) {
@@ -27,10 +45,8 @@ std::shared_ptr<const Matrix> ScaledRows::response(double h, double contact_step
     B.triangularView<Eigen::Lower>() = Vt.transpose() * (weight.asDiagonal() * Vt);
   }
   const double scale = gain.scaled * std::sin(clip * h) / clip;
-  for (Index j = 0; j < B.cols(); ++j) {
-    if (S) B.col(j).tail(B.rows() - j) += scale * S->col(j).tail(B.rows() - j);
-    B.row(j).tail(B.cols() - j) = B.col(j).tail(B.rows() - j).transpose();
-  }
+  for (Index j = 0; S && j < B.cols(); ++j) B.col(j).tail(B.rows() - j) += scale * S->col(j).tail(B.rows() - j);
+  mirror_lower(B);
   other_ = std::move(last_);
   last_ = {h, contact_step, std::make_shared<const Matrix>(std::move(B))};
   return last_.block;
