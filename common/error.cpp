@@ -36,7 +36,10 @@ std::string join(const std::vector<std::string>& words, const std::string& separ
 std::string nearest_name(const std::string& found, const std::vector<std::string>& allowed) {
   std::string best;
   std::size_t best_distance = std::max<std::size_t>(2, found.size() / 3) + 1;
+  constexpr std::size_t longest = 200;  // the distance takes time in proportion to both lengths
+  if (found.size() > longest) return "";
   for (const auto& name : allowed) {
+    if (name.size() > longest) continue;
     const auto distance = edit_distance(found, name);
     if (distance < best_distance) best_distance = distance, best = name;
   }

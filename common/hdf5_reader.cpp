@@ -244,6 +244,8 @@ std::string Hdf5Reader::read_string(const std::string& object, const std::string
     H5free_memory(text);
     return value;
   }
+  constexpr std::size_t longest = std::size_t{1} << 20;
+  if (H5Tget_size(type) > longest) impl_->fail(object, "attribute '" + attribute + "' is longer than any text should be: damaged");
   std::string value(H5Tget_size(type), '\0');
   if (H5Aread(opened, type, value.data()) < 0) impl_->fail(object, "attribute '" + attribute + "' cannot be read: damaged");
   return value.substr(0, value.find('\0'));

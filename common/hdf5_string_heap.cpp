@@ -125,6 +125,8 @@ bool string_heaps_are_sound(const std::filesystem::path& file) {
   const std::scoped_lock lock(mutex);
   const auto it = known.find(seen);
   if (it != known.end() && !error) return it->second;
+  constexpr std::size_t most = 10000;
+  if (known.size() >= most) known.clear();
   return known[seen] = look_through(file, size);
 }
 

@@ -11,7 +11,8 @@
 namespace cbr {
 namespace {
 
-constexpr int deepest_merge = 20;  // an anchor may hold itself
+constexpr int deepest_merge = 20;   // an anchor may hold itself
+constexpr int most_merges = 10000;  // or hold others twice, which hold others twice, ...
 
 std::string quoted(const std::string& text) {
   constexpr std::size_t longest = 60;
@@ -167,6 +168,7 @@ SceneMap::SceneMap(const SceneNode& node, std::vector<std::string> allowed) : no
 }
 
 void SceneMap::add(const YAML::Node& map, bool merged, int depth) {
+  if (merged && ++n_merges_ > most_merges) node_.fail("merge keys (<<) lead to too many maps");
   std::set<std::string> here;
   std::vector<YAML::Node> merge;
   for (const auto& entry : map) {

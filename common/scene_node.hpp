@@ -77,6 +77,7 @@ class SceneMap {
   SceneNode node_;
   std::vector<std::string> allowed_;
   std::vector<std::pair<std::string, SceneNode>> entries_;
+  int n_merges_ = 0;
 };
 
 template <typename Value>

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <yaml-cpp/eventhandler.h>
+
 #include <cerrno>
 #include <cstring>
 #include <fstream>
 #include <iostream>
 #include <iterator>
+#include <sstream>
 
 #include "common/error.hpp"
 #include "common/scene_parse.hpp"
@@ -27,14 +30,40 @@ std::string read_text(const std::string& file_or_dash) {
   return text;
 }
 
+// Where documents begin, at most two of them.
+class DocumentStarts : public YAML::EventHandler {
+ public:
+  std::vector<int> lines;
+  void OnDocumentStart(const YAML::Mark& mark) override { lines.push_back(mark.line + 1); }
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnAlias(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t, const std::string&) override {}
+  void OnSequenceStart(const YAML::Mark&, const std::string&, YAML::anchor_t, YAML::EmitterStyle::value) override {}
+  void OnSequenceEnd() override {}
+  void OnMapStart(const YAML::Mark&, const std::string&, YAML::anchor_t, YAML::EmitterStyle::value) override {}
+  void OnMapEnd() override {}
+};
+
+// YAML::LoadAll() makes documents without end of a text that begins with what can begin none, such as ']'; YAML::Load() stops after
+// the first document whatever follows.
+void require_one_document(const std::string& text, const std::string& name) {
+  std::istringstream stream(text);
+  YAML::Parser parser(stream);
+  DocumentStarts starts;
+  for (int i = 0; i < 2 && parser.HandleNextDocument(starts); ++i) {
+  }
+  if (starts.lines.size() > 1)
+    throw InputError(name + ":" + std::to_string(starts.lines[1]) +
+                     ": a second YAML document begins here, or what stands here belongs to none: expected one document");
+}
+
 YAML::Node parse_yaml(const std::string& text, const std::string& name) {
   // The parser lets a null character end the file or become part of a word.
   if (text.find('\0') != std::string::npos) throw InputError(name + ": is not a text file");
   try {
-    const auto documents = YAML::LoadAll(text);
-    if (documents.size() > 1)
-      throw InputError(name + ": holds " + std::to_string(documents.size()) + " YAML documents, expected one");
-    return documents.empty() ? YAML::Node() : documents.front();
+    require_one_document(text, name);
+    return YAML::Load(text);
   } catch (const YAML::Exception& error) {
     const std::string line = error.mark.is_null() ? "" : ":" + std::to_string(error.mark.line + 1);
     throw InputError(name + line + ": is not valid YAML: " + error.msg);

@@ -1,97 +1,57 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "common/sierra_superelement.hpp"
 
-#include <netcdf.h>
-
 #include <algorithm>
-
+#include <cmath>
 #include <string>
 
 #include "common/error.hpp"
+#include "common/mesh/netcdf_file.hpp"
+#include "common/number_text.hpp"
+#include "common/row_matrix.hpp"
 
 namespace cbr {
 namespace {
 
-class NetcdfFile {
+// What only these files ask for, on top of the reader that Exodus files have too.
+class SierraFile {
  public:
-  explicit NetcdfFile(const std::filesystem::path& file) : name_(file.string()) {
-    const int status = nc_open(file.c_str(), NC_NOWRITE, &id_);
-    if (status != NC_NOERR) throw InputError(name_ + ": cannot be read as netCDF: " + nc_strerror(status));
-  }
-  ~NetcdfFile() { nc_close(id_); }
-  NetcdfFile(const NetcdfFile&) = delete;
-  NetcdfFile& operator=(const NetcdfFile&) = delete;
+  explicit SierraFile(const std::filesystem::path& file) : reader_(file) {}
 
-  [[noreturn]] void fail(const std::string& what) const { throw InputError(name_ + ": " + what); }
-
-  bool has(const char* variable) const {
-    int id = 0;
-    return nc_inq_varid(id_, variable, &id) == NC_NOERR;
+  [[noreturn]] void fail(const std::string& what) const { throw InputError(reader_.where() + ": " + what); }
+  bool has(const std::string& variable) const { return reader_.has(variable); }
+  Index dimension(const std::string& name) const { return reader_.dimension(name); }
+  std::vector<Index> shape(const std::string& variable) const {
+    if (!has(variable)) fail("no variable '" + variable + "': not a Sierra/SD superelement");
+    return reader_.shape(variable);
   }
 
-  // -1 when there is no such dimension.
-  Index dimension(const char* name) const {
-    int id = 0;
-    std::size_t length = 0;
-    if (nc_inq_dimid(id_, name, &id) != NC_NOERR || nc_inq_dimlen(id_, id, &length) != NC_NOERR) return -1;
-    return static_cast<Index>(length);
-  }
-
-  std::vector<Index> shape(const char* variable) const {
-    int n = 0, dims[NC_MAX_VAR_DIMS];
-    const int var = find(variable);
-    if (nc_inq_varndims(id_, var, &n) != NC_NOERR || nc_inq_vardimid(id_, var, dims) != NC_NOERR) fail(unreadable(variable));
-    std::vector<Index> lengths;
-    for (int i = 0; i < n; ++i) {
-      std::size_t length = 0;
-      nc_inq_dimlen(id_, dims[i], &length);
-      lengths.push_back(static_cast<Index>(length));
-    }
-    return lengths;
-  }
-
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> matrix(const char* variable) const {
+  RowMatrix matrix(const std::string& variable) const {
     const auto lengths = shape(variable);
-    if (lengths.size() != 2)
-      fail(std::string("variable '") + variable + "' has " + std::to_string(lengths.size()) + " dimensions, not 2");
-    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> values(lengths[0], lengths[1]);
-    if (nc_get_var_double(id_, find(variable), values.data()) != NC_NOERR) fail(unreadable(variable));
-    if (!values.allFinite()) fail(std::string("variable '") + variable + "' has values that are not finite");
+    if (lengths.size() != 2) fail("variable '" + variable + "' has " + std::to_string(lengths.size()) + " dimensions, not 2");
+    const auto values = doubles(variable);
+    return Eigen::Map<const RowMatrix>(values.data(), lengths[0], lengths[1]);
+  }
+
+  std::vector<double> doubles(const std::string& variable) const {
+    shape(variable);
+    auto values = reader_.reals(variable);
+    for (const double value : values)
+      if (!std::isfinite(value)) fail("variable '" + variable + "' has values that are not finite");
     return values;
   }
 
-  std::vector<double> doubles(const char* variable) const {
-    std::vector<double> values(size(variable));
-    if (nc_get_var_double(id_, find(variable), values.data()) != NC_NOERR) fail(unreadable(variable));
-    return values;
-  }
-
-  std::vector<Index> integers(const char* variable) const {
-    std::vector<long long> values(size(variable));
-    if (nc_get_var_longlong(id_, find(variable), values.data()) != NC_NOERR) fail(unreadable(variable));
-    return {values.begin(), values.end()};
+  std::vector<Index> integers(const std::string& variable) const {
+    shape(variable);
+    return reader_.integers(variable);
   }
 
  private:
-  int find(const char* variable) const {
-    int id = 0;
-    if (nc_inq_varid(id_, variable, &id) != NC_NOERR)
-      fail(std::string("no variable '") + variable + "': not a Sierra/SD superelement");
-    return id;
-  }
-  std::size_t size(const char* variable) const {
-    std::size_t product = 1;
-    for (const Index length : shape(variable)) product *= static_cast<std::size_t>(length);
-    return product;
-  }
-  static std::string unreadable(const char* variable) { return std::string("variable '") + variable + "' cannot be read"; }
-
-  std::string name_;
-  int id_ = 0;
+  NetcdfReader reader_;
 };
 
 // Older files: one row per interface dof; newer ones: one per reduced dof, (0, 0) for modes. Told by the shape.
-void read_dofs(const NetcdfFile& file, SierraSuperelement& s) {
+void read_dofs(const SierraFile& file, SierraSuperelement& s) {
   const auto map = file.matrix("cbmap");
   const Index n = s.Kr.rows(), n_interface = n - s.n_modes;
   if (map.cols() != 2 || (map.rows() != n && map.rows() != n_interface)) {
@@ -99,14 +59,14 @@ void read_dofs(const NetcdfFile& file, SierraSuperelement& s) {
               std::to_string(n) + " x 2 or " + std::to_string(n_interface) + " x 2");
   }
   for (Index i = map.rows() - n_interface; i < map.rows(); ++i) {
-    const int component = static_cast<int>(map(i, 1));
-    if (component < 1 || component > 6) file.fail("cbmap: dof " + std::to_string(component) + " is none of 1 to 6");
+    if (!(map(i, 1) >= 1 && map(i, 1) <= 6)) file.fail("cbmap: dof " + number_text(map(i, 1)) + " is none of 1 to 6");
+    if (!(std::abs(map(i, 0)) < 1e15)) file.fail("cbmap: node " + number_text(map(i, 0)) + " is no node's number");
     s.dof_node.push_back(static_cast<Index>(map(i, 0)));
-    s.dof_component.push_back(component - 1);
+    s.dof_component.push_back(static_cast<int>(map(i, 1)) - 1);
   }
 }
 
-void read_nodes(const NetcdfFile& file, SierraSuperelement& s) {
+void read_nodes(const SierraFile& file, SierraSuperelement& s) {
   s.node_ids = file.integers("node_num_map");
   const auto n = static_cast<Index>(s.node_ids.size());
   if (file.has("coord")) {
@@ -127,7 +87,7 @@ void read_nodes(const NetcdfFile& file, SierraSuperelement& s) {
 }  // namespace
 
 SierraSuperelement read_sierra_superelement(const std::filesystem::path& path) {
-  const NetcdfFile file(path);
+  const SierraFile file(path);
   SierraSuperelement s;
   s.Kr = file.matrix("Kr");
   s.Mr = file.matrix("Mr");

@@ -133,6 +133,7 @@ void add_recovery(const Reduction& r, Matrix&& Psi, Matrix&& Phi, Superelement& 
   recovery.coordinates = coordinates_of(r, r.p.interior_nodes);
   recovery.Psi = std::move(Psi);
   recovery.Phi = std::move(Phi);
+  if (r.p.n_interior() == 0) recovery.Psi.resize(0, r.p.n_interface()), recovery.Phi.resize(0, s.k());
   const std::vector<Index> place = places(r);
   for (const auto& block : r.mesh.blocks) {
     if (dimension(block.type) != 3) continue;

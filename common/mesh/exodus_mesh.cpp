@@ -72,7 +72,6 @@ void read_nodes(const NetcdfReader& file, Mesh& mesh) {
   const Index n = file.dimension("num_nodes"), dim = file.dimension("num_dim");
   if (n < 1) throw InputError(file.where() + ": num_nodes: there are no nodes: not an Exodus II mesh");
   if (dim != 2 && dim != 3) throw InputError(file.where() + ": num_dim: 2 or 3 are allowed, not " + std::to_string(dim));
-  mesh.coordinates = Points::Zero(n, 3);
   const bool joint = file.has("coord");
   for (Index c = 0; c < dim; ++c) {
     const std::string name = joint ? "coord" : std::string("coord") + "xyz"[c];
@@ -81,6 +80,7 @@ void read_nodes(const NetcdfReader& file, Mesh& mesh) {
     if (static_cast<Index>(values.size()) != wanted)
       throw InputError(file.where() + ": " + name + ": has " + std::to_string(values.size()) + " values, not " +
                        std::to_string(wanted));
+    if (c == 0) mesh.coordinates = Points::Zero(n, 3);
     for (Index i = 0; i < n; ++i) mesh.coordinates(i, c) = values[static_cast<std::size_t>(joint ? c * n + i : i)];
   }
   mesh.node_ids = id_map(file, "node_num_map", n);

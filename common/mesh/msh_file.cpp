@@ -90,7 +90,7 @@ class Reader {
     const auto n = cursor.text_count();
     for (std::size_t i = 0; i < n; ++i) {
       const int dimension = cursor.text_number<int>();
-      const auto tag = cursor.text_number<Index>();
+      const Index tag = cursor.text_number<int>();
       const auto line = cursor.line();
       const auto open_quote = line.find('"'), close_quote = line.rfind('"');
       if (open_quote == close_quote) cursor.fail("the name of group " + std::to_string(tag) + " stands in no quotes");
@@ -121,7 +121,7 @@ class Reader {
         cursor.skip_doubles(d == 0 ? 3 : 6);
         auto& groups = msh_.groups_of_entity[{d, tag}];
         const auto length = cursor.count();
-        for (std::size_t i = 0; i < length; ++i) groups.push_back(std::abs(cursor.number<int>()));
+        for (std::size_t i = 0; i < length; ++i) groups.push_back(std::abs(Index{cursor.number<int>()}));
         if (d > 0) skip_list();  // its boundary
       }
     cursor.expect_end();

@@ -13,8 +13,9 @@ namespace cbr {
 
 NetcdfReader::NetcdfReader(const std::filesystem::path& file) : where_(file.string()) {
   std::error_code error;
-  file_size_ = static_cast<double>(std::filesystem::file_size(file, error));
-  check_classic_netcdf(file);
+  // Only a compressed file may hold more than its size, and not without any bound.
+  const bool classic = check_classic_netcdf(file);
+  most_ = (classic ? 1 : 1e3) * static_cast<double>(std::filesystem::file_size(file, error));
   const int status = nc_open(file.c_str(), NC_NOWRITE, &file_);
   if (status != NC_NOERR) {
     file_ = -1;
@@ -40,8 +41,7 @@ Index NetcdfReader::dimension(const std::string& name) const {
   if (nc_inq_dimid(file_, name.c_str(), &id) != NC_NOERR) return 0;
   std::size_t length = 0;
   check(nc_inq_dimlen(file_, id, &length), name);
-  // A compressed file may hold more than its size, but not without any bound.
-  if (static_cast<double>(length) > 1e3 * file_size_)
+  if (static_cast<double>(length) > most_)
     throw InputError(where_ + ": " + name + ": " + std::to_string(length) + " is more than a file of this size can hold: damaged");
   return static_cast<Index>(length);
 }
@@ -67,6 +67,8 @@ std::vector<Index> NetcdfReader::shape(const std::string& variable) const {
   for (int d = 0; d < n; ++d) {
     std::size_t length = 0;
     check(nc_inq_dimlen(file_, dims[d], &length), variable);
+    if (static_cast<double>(length) > most_)  // also where another dimension is 0
+      throw InputError(where_ + ": " + variable + ": is larger than a file of this size can hold: damaged");
     sizes.push_back(static_cast<Index>(length));
   }
   return sizes;
@@ -75,7 +77,7 @@ std::vector<Index> NetcdfReader::shape(const std::string& variable) const {
 Index NetcdfReader::n_values(const std::string& variable) const {
   double n = 1;
   for (const Index size : shape(variable)) n *= static_cast<double>(size);
-  if (n > 1e3 * file_size_) throw InputError(where_ + ": " + variable + ": is larger than a file of this size can hold: damaged");
+  if (n > most_) throw InputError(where_ + ": " + variable + ": is larger than a file of this size can hold: damaged");
   return static_cast<Index>(n);
 }
 

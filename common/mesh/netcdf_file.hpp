@@ -34,7 +34,7 @@ class NetcdfReader {
   Index n_values(const std::string& variable) const;
   void check(int status, const std::string& what) const;
   std::string where_;
-  double file_size_ = 0;
+  double most_ = 0;  // values of one variable, by the size of the file
   int file_ = -1;
 };
 

@@ -112,6 +112,11 @@ struct Kernels {
   decltype(&leapfrog) leap;
 };
 
+// Clang asks a processor for these levels from version 18 on.
+#if defined(__x86_64__) && !(defined(__clang__) && __clang_major__ < 18)
+#define CBR_HAS_LEVELS
+#endif
+
 #define CBR_KERNELS(NAME, TARGET)                                                                                              \
   TARGET void products_##NAME(const BlockMatrix& A, const double* x, Index begin, Index end, double* y, Index row_stride,      \
                               Index stride) {                                                                                  \
@@ -124,13 +129,13 @@ struct Kernels {
   TARGET void leap_##NAME(const LeapfrogSpan& span, Index n, double s, double h) { leap(span, n, s, h); }
 
 CBR_KERNELS(plain, )
-#if defined(__x86_64__)
+#ifdef CBR_HAS_LEVELS
 CBR_KERNELS(v3, __attribute__((target("arch=x86-64-v3"))))
 CBR_KERNELS(v4, __attribute__((target("arch=x86-64-v4"))))
 #endif
 
 Kernels best() {
-#if defined(__x86_64__)
+#ifdef CBR_HAS_LEVELS
   __builtin_cpu_init();
   if (__builtin_cpu_supports("x86-64-v4")) return {products_v4, boxes_v4, leap_v4};
   if (__builtin_cpu_supports("x86-64-v3")) return {products_v3, boxes_v3, leap_v3};

@@ -93,7 +93,7 @@ Box intersection(const Box& a, const Box& b) { return {a.lower.cwiseMax(b.lower)
 }  // namespace
 
 void find_candidates(const std::vector<Box>& queries, const std::vector<Box>& targets, BroadPhase& work) {
-  auto& [first, target] = work.candidates;
+  auto &first = work.candidates.first, &target = work.candidates.target;
   first.assign(queries.size() + 1, 0);
   target.clear();
   const Box q = union_of(queries), t = union_of(targets);

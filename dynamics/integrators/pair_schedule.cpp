@@ -90,7 +90,14 @@ void PairSchedule::start() {
     }
   }
   for (Index p = 0; p < static_cast<Index>(kind_.size()); ++p)
-    if (kind_[p] == Kind::timed && is_free(p)) schedule(p, 0);
+    if (kind_[p] == Kind::timed && is_free(p)) first_look(p);
+}
+
+// Springs are made for the points within reach at the first step; whether there are any must not hang on boxes, which depend on the
+// axes.
+void PairSchedule::first_look(Index p) {
+  if (sim_.pairs[p].enforcement == Enforcement::penalty) return enqueue(p, 0);
+  schedule(p, 0);
 }
 
 Index PairSchedule::next(Index step) const {

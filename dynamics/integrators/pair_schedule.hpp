@@ -58,6 +58,7 @@ class PairSchedule {
   void form(Index contact, Index step, bool fine);
   MotionBound bound_at(Index contact, Index step) const;
   double steps_apart(Index pair, Index step) const;
+  void first_look(Index pair);
   void schedule(Index pair, Index step);
   const Box& box_of(Index contact, Index step);
   void loosen(Index contact);

@@ -165,7 +165,9 @@ inline Difference difference(const Ran& plain, const Ran& changed, const Change&
       f = std::max(f, (sign * back(at(b.pairs[i].force, k), change.force()) - at(a.pairs[i].force, k)).norm());
     }
   }
-  d.positions = x / xs, d.momenta = p / ps, d.angular = ls > 0 ? l / ls : l, d.forces = fs > 0 ? f / fs : f, d.energies = e / es;
+  // Bodies are about a unit long: what turns little is measured by what it could
+  d.positions = x / xs, d.momenta = p / ps, d.angular = l / std::max(ls, 0.1 * ps), d.forces = fs > 0 ? f / fs : f,
+  d.energies = e / es;
   return d;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
 
 #include "tests/unit/common/scene_samples.hpp"
@@ -250,7 +251,11 @@ TEST(SceneErrors, wholeFiles) {
   starts("- a\n- b\n", "impact.yaml:1: found a list, expected a map");
   starts("a: [1, 2\nb: {", "impact.yaml:");
   starts("a: 1\n\tb: 2\n", "impact.yaml:2: is not valid YAML");
-  starts(full_scene + "---\n" + full_scene, "impact.yaml: holds 2 YAML documents");
+  starts(full_scene + "---\n" + full_scene,
+         "impact.yaml:" + std::to_string(std::count(full_scene.begin(), full_scene.end(), '\n') + 1) + ": a second YAML document");
+  starts("]", "impact.yaml:1: ");
+  starts(", w], x: 1", "impact.yaml:1: ");
+  starts("{a: 1}]", "impact.yaml:1: ");
   starts(std::string("materials\0: {}", 14), "impact.yaml: is not a text file");
   starts("materials: {}\ncomponents: {}\n", "impact.yaml:1: materials: is empty");
   starts(
