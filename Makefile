@@ -6,7 +6,7 @@ PRESET ?= release
 PYTHON ?= /usr/bin/python3
 export PYTHON
 
-.PHONY: help packages configure programs build test demo paper fig3 fig5 fig6 fig8 fig9 fig10 fig11 fig12 eqs eq18 dissimilar hertz small-features bench bench-docs bench-contact install check clean
+.PHONY: help packages configure programs build test demo paper fig3 fig5 fig6 fig8 fig9 fig10 fig11 fig12 eqs eq18 dissimilar hertz small-features seeds fuzz sanitize bench bench-docs bench-contact install check clean
 .DEFAULT_GOAL := help
 
 help:
@@ -16,6 +16,9 @@ help:
 	@echo "make dissimilar  the paper's second example, sphere and brick against a dense block: runs, plots, table (5 minutes)"
 	@echo "make hertz       steel balls on each other and on a plane against Hertz: runs, plots, table (5 minutes)"
 	@echo "make small-features  a bracket with fillets and holes hits a wall, full meshes against superelements: runs, plots, table (3 minutes)"
+	@echo "make seeds     random scenes against what must not change them and dense arithmetic: SEEDS=FIRST:COUNT (1000:1000; 10 minutes)"
+	@echo "make fuzz      fuzzers of all readers, each for MINUTES=1; TARGETS=\"scene gmsh exodus superelement edits program\"; needs clang"
+	@echo "make sanitize  all tests under the address and undefined-behaviour sanitizers, in build-debug (an hour)"
 	@echo "make bench     run time against error, reduction, skipping, small features: CSV and plots in $(BUILD)/bench (half an hour; SMOKE=1: seconds)"
 	@echo "make bench-docs  the tables and plots of docs/benchmarks.md from $(BUILD)/bench"
 	@echo "make bench-contact  seconds a step against contact nodes, 100 to 10 000, by phase (5 minutes)"
@@ -63,6 +66,24 @@ hertz: programs
 
 small-features: programs
 	$(MAKE) -C tests/cases/small-features all check BIN=$(abspath $(BUILD))/bin
+
+# CONTRIBUTING.md, "Random scenes and fuzzers"
+SEEDS ?= 1000:1000
+seeds: configure
+	cmake --build $(BUILD) --parallel $(JOBS) --target random_scenes
+	CBR_SEEDS=$(SEEDS) $(BUILD)/tests/stability/random_scenes
+
+MINUTES ?= 1
+TARGETS ?= scene gmsh exodus superelement edits program
+fuzz: packages
+	cmake --preset fuzz
+	cmake --build --preset fuzz --parallel $(JOBS)
+	tests/fuzz/run.sh build-fuzz $(MINUTES) $(TARGETS)
+
+sanitize: packages
+	cmake --preset debug
+	cmake --build --preset debug --parallel $(JOBS)
+	ctest --preset debug --parallel $(JOBS)
 
 bench: programs
 	cmake --build $(BUILD) --parallel $(JOBS) --target bench_machine

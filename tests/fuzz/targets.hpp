@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What the fuzzers drive: each target takes any bytes as a file of one kind, and aborts when a reader accepts what it must not, or
+// when what was accepted does harm further on. InputError and RunError are the right answers. CONTRIBUTING.md says how to run them.
+#pragma once
+
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <span>
+
+namespace cbr::fuzz {
+
+using Bytes = std::span<const std::uint8_t>;
+
+void scene(Bytes bytes);         // YAML: parsed, written, parsed again
+void gmsh(Bytes bytes);          // .msh: read, assembled, written, read again
+void exodus(Bytes bytes);        // Exodus II and Sierra's superelements: likewise
+void superelement(Bytes bytes);  // HDF5: read, checked, written, read again
+void edits(Bytes bytes);         // bytes are a list of edits of a whole superelement file, which is then read and run
+void program(Bytes bytes);       // YAML: reduced, built and run on small meshes
+
+struct Target {
+  const char* name;
+  void (*run)(Bytes);
+};
+inline constexpr Target targets[] = {{"scene", scene}, {"gmsh", gmsh},      {"exodus", exodus}, {"superelement", superelement},
+                                     {"edits", edits}, {"program", program}};
+
+// What must hold for every input.
+inline void require(bool holds, const char* what) {
+  if (holds) return;
+  std::fprintf(stderr, "fuzz: %s\n", what);
+  std::abort();
+}
+
+}  // namespace cbr::fuzz

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Random scenes by seed: bodies of all kinds of elements, reduced or not, held, loaded, in contact with walls and with each other.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tests/stability/lattice_mesh.hpp"
+#include "tests/support/contact_scene.hpp"
+
+namespace cbr::test {
+
+struct RandomBody {
+  std::string name;
+  LatticeShape shape;
+  Mesh mesh;
+  Material low, high;  // of the blocks low_..., high_...
+  std::string element = "hex8-incompatible", mass = "lumped", pick = "frequency";
+  bool reduced = false;
+  Index modes = 0, domains = 1;
+  std::vector<std::string> interface_sets;
+  Matrix3 rotation = Matrix3::Identity();
+  Vector3 position = Vector3::Zero(), velocity = Vector3::Zero();
+};
+
+struct RandomWall {
+  std::string name, kind;  // plane | sphere | cylinder
+  Vector3 point, direction;
+  double radius = 0;
+};
+
+struct RandomLoad {
+  std::string instance, surface, kind;  // traction | force | gravity
+  Vector3 value;
+  std::vector<double> time, factor;  // empty: constant
+};
+
+struct RandomPair {
+  std::string first, second, options;
+};
+
+struct RandomScene {
+  unsigned seed = 0;
+  std::vector<RandomBody> bodies;
+  std::vector<RandomWall> walls;
+  std::vector<RandomLoad> loads;
+  std::vector<RandomPair> pairs;
+  std::vector<std::string> held;    // "a.end"
+  std::optional<std::string> skin;  // "a.x_max"
+  std::string integrator = "exact";
+  double cfl = 0.7, every = 0, end = 0;
+  // What the changes of the scene may do
+  bool in_place = false;
+  int threads = 1;
+
+  bool has(const std::string& option) const;  // in any pair's options
+  std::string text() const;                   // for a person: what is in it
+};
+
+// The same seed gives the same scene. Surfaces that are to meet stand close and move towards each other, in no special position, so
+// that which nodes touch which faces does not hang on rounding.
+RandomScene random_scene(unsigned seed);
+
+// The scene with a change of axes, units or common motion, as YAML; and its run.
+std::string yaml(const RandomScene& scene, const Change& change = {});
+Ran run(const RandomScene& scene, const Change& change = {});
+Ran run_in(SceneFolder& folder, const RandomScene& scene, const Change& change = {});
+
+}  // namespace cbr::test
