@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <functional>
 
@@ -93,9 +94,70 @@ void check_elements(const Mesh& mesh, const Block& block) {
   if (e == n) return;
   check_nodes(mesh, block, e);
   const double quality = element_quality(block.type, element_points(mesh, block, e));
-  throw InputError(element_text(block, e) + (quality < 0 ? " is inverted" : " is degenerate") + " (its smallest Jacobian is " +
-                   rounded_text(quality) + " of the mean one, allowed: above " + rounded_text(smallest_quality) +
+  const std::string found = std::isfinite(quality) ? "its smallest Jacobian is " + rounded_text(quality) +
+                                                         " of the mean one, allowed: above " + rounded_text(smallest_quality)
+                                                   : "its volume is below 0";
+  throw InputError(element_text(block, e) + (quality < 0 ? " is inverted (" : " is degenerate (") + found +
                    "): mend the order or the places of its nodes");
+}
+
+// Stiffness E h, mass rho h^3 and frequency sqrt(E / rho) / h of an element of size h must leave room for products of them.
+void check_magnitudes(const Mesh& mesh, const Block& block, const Material& material) {
+  constexpr double least = 1e-290, most = 1e200;
+  if (block.connectivity.rows() == 0) return;
+  double smallest = HUGE_VAL, largest = 0;
+  for (Index e = 0; e < block.connectivity.rows(); ++e) {
+    const Points X = element_points(mesh, block, e);
+    const double h = (X.colwise().maxCoeff() - X.colwise().minCoeff()).maxCoeff();
+    smallest = std::min(smallest, h), largest = std::max(largest, h);
+  }
+  const auto require = [&](double value, const std::string& what) {
+    if (value >= least && value <= most) return;
+    throw InputError("block '" + block.name + "': elements of size " + rounded_text(smallest) + " to " + rounded_text(largest) +
+                     ", youngs_modulus " + number_text(material.youngs_modulus) + " and density " + number_text(material.density) +
+                     " give a " + what + " of about " + rounded_text(value) + ", allowed: " + rounded_text(least) + " to " +
+                     rounded_text(most) + ": look at the units of the mesh and the material");
+  };
+  for (const double h : {smallest, largest}) {
+    require(material.youngs_modulus * h, "stiffness");
+    require(material.density * h * h * h, "mass");
+    require(material.youngs_modulus / material.density / h / h, "squared frequency");
+  }
+}
+
+std::vector<Index> sorted_nodes(const Block& block, Index e) {
+  std::vector<Index> nodes(block.connectivity.row(e).begin(), block.connectivity.row(e).end());
+  std::sort(nodes.begin(), nodes.end());
+  return nodes;
+}
+
+// Two elements of the same nodes fill one place twice: its mass and stiffness would count twice.
+void check_repeated(const Mesh& mesh) {
+  struct Entry {
+    std::uint64_t hash;
+    const Block* block;
+    Index e;
+  };
+  std::vector<Entry> entries;
+  for (const Block& block : mesh.blocks) {
+    if (!is_volume(block)) continue;
+    for (Index e = 0; e < block.connectivity.rows(); ++e) {
+      std::uint64_t hash = 0;  // a sum: the order of the nodes does not matter
+      for (const Index node : block.connectivity.row(e)) {
+        std::uint64_t x = static_cast<std::uint64_t>(node) * 0x9E3779B97F4A7C15u;
+        x = (x ^ (x >> 29)) * 0xBF58476D1CE4E5B9u;
+        hash += x ^ (x >> 32);
+      }
+      entries.push_back({hash, &block, e});
+    }
+  }
+  std::stable_sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) { return a.hash < b.hash; });
+  for (std::size_t i = 1; i < entries.size(); ++i) {
+    const Entry &a = entries[i - 1], &b = entries[i];
+    if (a.hash != b.hash || sorted_nodes(*a.block, a.e) != sorted_nodes(*b.block, b.e)) continue;
+    throw InputError(element_text(*b.block, b.e) + " has the same nodes as " + element_text(*a.block, a.e) +
+                     ", so that its mass and stiffness would count twice: remove one of them");
+  }
 }
 
 void number_nodes(const Mesh& mesh, FiniteElementModel& model) {
@@ -255,7 +317,9 @@ FiniteElementModel assemble(const Mesh& mesh, const std::vector<BlockProperties>
     if (!is_volume(mesh.blocks[b])) continue;
     check_material(mesh.blocks[b], properties[b].material);
     check_elements(mesh, mesh.blocks[b]);
+    check_magnitudes(mesh, mesh.blocks[b], properties[b].material);
   }
+  check_repeated(mesh);
   FiniteElementModel model;
   number_nodes(mesh, model);
   if (model.nodes.empty())

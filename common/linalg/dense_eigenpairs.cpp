@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <lapacke.h>
 
+#include <Eigen/QR>
+
+#include <algorithm>
 #include <cassert>
+#include <utility>
 
 #include "common/linalg/dense_factor.hpp"
 #include "common/linalg/eigenpairs.hpp"
@@ -47,6 +51,40 @@ Eigenpairs standard_eigenpairs(Matrix& A, Index k) {
   return pairs;
 }
 
+// H = I - Y T Y^T, orthogonal, whose first r columns span those of Q (n x r): Householder's, in the compact form of Schreiber and
+// Van Loan (1989, doi 10.1137/0910005).
+struct Reflectors {
+  Matrix Y, T;  // n x r, r x r upper
+
+  explicit Reflectors(const Matrix& Q) {
+    const Eigen::HouseholderQR<Matrix> qr(Q);
+    const Index r = Q.cols();
+    Y = qr.matrixQR();
+    Y.triangularView<Eigen::StrictlyUpper>().setZero();
+    Y.diagonal().setOnes();
+    T = Matrix::Zero(r, r);
+    for (Index j = 0; j < r; ++j) {
+      T(j, j) = qr.hCoeffs()(j);
+      T.col(j).head(j) = -T(j, j) * (T.topLeftCorner(j, j) * (Y.leftCols(j).transpose() * Y.col(j)));
+    }
+  }
+
+  // A <- H^T A H, lower triangle: A - W Y^T - Y W^T, W = A Y T - 1/2 Y T^T (Y^T A Y) T   (n x r)
+  void transform(Matrix& A) const {
+    const Matrix A_YT = A.selfadjointView<Eigen::Lower>() * (Y * T);
+    const Matrix W = A_YT - 0.5 * Y * (T.transpose() * (Y.transpose() * A_YT));
+    Matrix left(Y.rows(), 2 * Y.cols()), right = left;
+    left << W, Y;
+    right << Y, W;
+    A.triangularView<Eigen::Lower>() -= left * right.transpose();
+  }
+
+  void apply(Matrix& X) const {
+    const Matrix TYX = T * (Y.transpose() * X);
+    X.noalias() -= Y * TYX;
+  }
+};
+
 Eigenpairs failed() {
   Eigenpairs pairs;
   pairs.method = "lapack";
@@ -88,6 +126,44 @@ Eigenpairs dense_eigenpairs(Matrix A, const Vector& B, Index k) {
   Eigenpairs pairs = standard_eigenpairs(A, k);
   if (!pairs.converged) return pairs;
   pairs.Phi.array().colwise() *= scale.array();
+  fix_signs(pairs.Phi);
+  return pairs;
+}
+
+Eigenpairs dense_eigenpairs_beside(Matrix A, const Matrix& Q) {
+  const Index n = A.rows(), r = Q.cols();
+  assert(A.cols() == n && Q.rows() == n && r <= n);
+  if (r == 0) return dense_eigenpairs(std::move(A), n);
+  const Reflectors H(Q);
+  H.transform(A);
+  // Rows and columns 0 .. r - 1 are 0 but for round-off. They become a block of their own that the solver cannot mix with the rest,
+  // below all other eigenvalues.
+  double largest = 0;
+  for (Index j = 0; j < n; ++j) largest = std::max(largest, A.col(j).tail(n - j).cwiseAbs().maxCoeff());
+  A.leftCols(r).setZero();
+  A.diagonal().head(r).setConstant(-2 * static_cast<double>(n) * largest - 1);
+  Eigenpairs pairs = standard_eigenpairs(A, n);
+  if (!pairs.converged) return pairs;
+  H.apply(pairs.Phi);
+  pairs.lambda.head(r).setZero();
+  pairs.Phi.leftCols(r) = Q;
+  fix_signs(pairs.Phi);
+  return pairs;
+}
+
+Eigenpairs dense_eigenpairs_beside(Matrix A, Matrix B, const Matrix& R) {
+  const Index n = A.rows();
+  assert(A.cols() == n && B.rows() == n && B.cols() == n && R.rows() == n && R.cols() <= n);
+  if (n == 0 || R.cols() == 0) return dense_eigenpairs(std::move(A), std::move(B), n);
+  if (LAPACKE_dpotrf(LAPACK_COL_MAJOR, 'L', as_int(n), B.data(), as_int(n)) != 0) return failed();
+  if (LAPACKE_dsygst(LAPACK_COL_MAJOR, 1, 'L', as_int(n), A.data(), as_int(n), B.data(), as_int(n)) != 0) return failed();
+  auto L = B.triangularView<Eigen::Lower>();
+  // Q: orthonormal basis of L^T R   (n x r)
+  const Eigen::HouseholderQR<Matrix> qr(L.transpose() * R);
+  const Matrix Q = qr.householderQ() * Matrix::Identity(n, R.cols());
+  Eigenpairs pairs = dense_eigenpairs_beside(std::move(A), Q);
+  if (!pairs.converged) return pairs;
+  L.transpose().solveInPlace(pairs.Phi);
   fix_signs(pairs.Phi);
   return pairs;
 }

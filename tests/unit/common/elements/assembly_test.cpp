@@ -265,6 +265,18 @@ TEST_F(Refusal, CoordinateThatIsNoNumber) {
   }
 }
 
+TEST_F(Refusal, TheSameElementTwiceInAnyOrderOfNodes) {
+  for (Index i = 0; i < 8; ++i) block.connectivity(3, i) = block.connectivity(0, 4 * (i / 4) + (i + 1) % 4);
+  expect({"element 14", "same nodes as", "element 11"});
+}
+
+TEST_F(Refusal, MagnitudesThatNoDoubleHolds) {
+  expect({"'solid'", "youngs_modulus", "units"}, {1e300, 0.3, 1});
+  expect({"'solid'", "density", "units"}, {1, 0.3, 1e-300});
+  mesh.coordinates *= 1e-150;
+  expect({"'solid'", "size", "mass", "units"});
+}
+
 TEST_F(Refusal, MaterialsThatThereAreNot) {
   const double nan = std::numeric_limits<double>::quiet_NaN(), infinity = std::numeric_limits<double>::infinity();
   expect({"'solid'", "youngs_modulus"}, {0, 0.3, 1});

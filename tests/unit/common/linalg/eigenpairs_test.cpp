@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <numbers>
+
 #include "tests/unit/common/linalg/grid_matrices.hpp"
 
 namespace cbr::test {
@@ -139,6 +142,52 @@ TEST(LargestEigenvalue, IsAnUpperBoundAndSharp) {
       EXPECT_LE(bound, truth * (1 + 1e-6));
     }
   }
+}
+
+TEST(LargestEigenvalue, CoordinatesOfVeryUnlikeMassesDoNotHideEachOther) {
+  // A chain, and light oscillators on their own that are much slower: of a thousandth of the frequency, of a mass of 1e-60.
+  const Index n = 30;
+  Matrix K = Matrix::Zero(2 * n, 2 * n);
+  Vector mass = Vector::Ones(2 * n);
+  for (Index i = 0; i + 1 < n; ++i) K(i, i) += 1, K(i + 1, i + 1) += 1, K(i, i + 1) = K(i + 1, i) = -1;
+  for (Index i = n; i < 2 * n; ++i) mass[i] = 1e-60, K(i, i) = 1e-66 * static_cast<double>(i);
+  const double truth = 2 - 2 * std::cos(std::numbers::pi * static_cast<double>(n - 1) / static_cast<double>(n));
+  const double bound = largest_eigenvalue(
+      2 * n, [&](const Vector& x, Vector& y) { y = K * x; }, [&](const Vector& x, Vector& y) { y = x.cwiseQuotient(mass); });
+  EXPECT_GE(bound, truth * (1 - 1e-12));
+  EXPECT_LE(bound, truth * (1 + 1e-6));
+}
+
+TEST(DenseEigenpairsBeside, NullVectorsAreKeptApartFromModesBelowRoundOff) {
+  // Two free chains joined by a spring 1e-14 as stiff as their own: one elastic eigenvalue is lost in round-off.
+  const Index n = 24;
+  Matrix K = Matrix::Zero(n, n);
+  const auto tie = [&](Index i, double k) { K(i, i) += k, K(i + 1, i + 1) += k, K(i, i + 1) -= k, K(i + 1, i) -= k; };
+  for (Index i = 0; i + 1 < n; ++i) tie(i, 2 * i + 2 == n ? 1e-14 : 1);
+  Matrix M = Matrix::Identity(n, n);
+  for (Index i = 0; i + 1 < n; ++i) M(i, i + 1) = M(i + 1, i) = 0.2;
+  M(3, 3) = 1e6, M(20, 20) = 1e-3;
+  M(19, 20) = M(20, 19) = M(20, 21) = M(21, 20) = 1e-3;
+  const Matrix R = Matrix::Ones(n, 1);
+  const Eigenpairs pairs = dense_eigenpairs_beside(K, M, R);
+  ASSERT_TRUE(pairs.converged);
+  EXPECT_EQ(pairs.lambda(0), 0);
+  EXPECT_LT((pairs.Phi.transpose() * M * pairs.Phi - Matrix::Identity(n, n)).cwiseAbs().maxCoeff(), 1e-12);
+  EXPECT_LT((pairs.Phi.col(0) - R * pairs.Phi(0, 0)).norm(), 1e-12 * pairs.Phi.col(0).norm());
+  const Matrix diagonal = pairs.Phi.transpose() * K * pairs.Phi - Matrix(pairs.lambda.asDiagonal());
+  EXPECT_LT(diagonal.cwiseAbs().maxCoeff(), 1e-12 * pairs.lambda(n - 1));
+}
+
+TEST(DenseEigenpairsBeside, IsTheSameAsWithoutWhereNothingIsClose) {
+  const Index N = 3;
+  const Matrix K = grid_stiffness(N, false);
+  const Vector exact = grid_eigenvalues(N, false);
+  const Matrix Q = Matrix::Ones(K.rows(), 1) / std::sqrt(static_cast<double>(K.rows()));
+  const Eigenpairs pairs = dense_eigenpairs_beside(K, Q);
+  ASSERT_TRUE(pairs.converged);
+  EXPECT_LT((pairs.lambda - exact).cwiseAbs().maxCoeff(), 1e-13 * exact.maxCoeff());
+  EXPECT_LT((K * pairs.Phi - pairs.Phi * pairs.lambda.asDiagonal()).norm(), 1e-12);
+  EXPECT_LT((pairs.Phi.transpose() * pairs.Phi - Matrix::Identity(K.rows(), K.rows())).norm(), 1e-12);
 }
 
 }  // namespace
