@@ -24,7 +24,7 @@ struct BodyState {
 // Work done on a body since the start of the run; kinetic + strain energy changes by their sum, to round-off.
 struct BodyWork {
   double external = 0, contact = 0, friction = 0;
-  double numerical = 0;  // what the integrator takes by itself: HHT-alpha's damping, at most 0
+  double numerical = 0;  // what the integrator takes or gives by itself: HHT-alpha's damping, central differences' changes of step
 };
 
 // How a body is advanced.

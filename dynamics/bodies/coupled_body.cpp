@@ -180,6 +180,8 @@ void CoupledBody::accept_central() {
     load(t_, work_vector_);
     work_.external += 0.5 * (last_h_ + h_) * work_vector_.dot(v_now_);
   }
+  // Its energy holds a term -h/2 v . K u: a change of h brings (h - h-)/4 K u . (v+ - v-).
+  if (h_ != last_h_) work_.numerical += 0.25 * (h_ - last_h_) * stiffness_force().dot(v_end_ - v_);
   if (kicked_) p_end_ += kick_;
   if (velocity_kicked_) p_end_ += velocity_kick_;
   last_h_ = h_;

@@ -74,14 +74,21 @@ DiagonalForm diagonal_form(const CoupledModel& model, const std::vector<HeldDire
   const Matrix MR = M * R;
   if (!free.is_all) K = on_free(K, free, n_modal), M = on_free(M, free, n_modal);
   const Index n = K.rows();
-  Eigenpairs pairs = dense_eigenpairs(std::move(K), std::move(M), n);
-  if (!pairs.converged || pairs.n_converged < n)
-    throw RunError(where + ": the diagonal form cannot be computed: the mass is not positive definite");
   IndexTable rows(model.coordinates.rows(), 3);
   for (Index i = 0; i < rows.size(); ++i) rows.data()[i] = n_modal + i;
-  const Index n_rigid = held.empty() ? (is_free ? 6 : 0) : n_free_rigid_motions(R, model.rigid_body, rows, held);
+  Matrix N = held.empty() ? Matrix(Matrix::Identity(6, is_free ? 6 : 0)) : free_rigid_motions(R, model.rigid_body, rows, held);
+  if (N.cols() > 0 && Eigen::ColPivHouseholderQR<Matrix>(R * N).rank() < N.cols()) N.resize(6, 0);
+  Matrix R_f = R * N;
+  if (!free.is_all && N.cols() > 0) {
+    R_f.resize(n, N.cols());
+    R_f.topRows(n_modal).setZero();
+    R_f.bottomRows(free.Z.cols()) = free.Z.transpose() * (R.bottomRows(model.n_nodal()) * N);
+  }
+  Eigenpairs pairs = dense_eigenpairs_beside(std::move(K), std::move(M), free.is_all || N.cols() > 0 ? R_f : Matrix(n, 0));
+  if (!pairs.converged || pairs.n_converged < n)
+    throw RunError(where + ": the diagonal form cannot be computed: the mass is not positive definite");
   DiagonalForm form;
-  take_frequencies(pairs.lambda, n_rigid, form);
+  take_frequencies(pairs.lambda, N.cols(), form);
   if (free.is_all) {
     form.V = std::move(pairs.Phi);
   } else {

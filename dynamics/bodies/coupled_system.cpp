@@ -159,7 +159,10 @@ double CoupledSystem::largest_frequency() {
         y = x;
         mass_->solve(y);
       });
-  if (!(lambda >= 0) || !std::isfinite(lambda)) throw RunError(where_ + ": the highest frequency cannot be computed");
+  if (!(lambda >= 0) || !std::isfinite(lambda))
+    throw RunError(where_ +
+                   ": the highest frequency cannot be computed: its stiffness is too large, or its mass too small, for a double: "
+                   "look at the units of youngs_modulus and density, and of a skin's thickness");
   largest_frequency_ = std::sqrt(lambda);
   return largest_frequency_;
 }

@@ -101,7 +101,7 @@ bool use_exact_rigid_modes(const Matrix& R, const RigidBody& body, DiagonalForm&
   return replace_rigid_modes(R, body, form) || (form.n_rigid > 6 && rigid_modes_span(R, form));
 }
 
-Index n_free_rigid_motions(const Matrix& R, const RigidBody& body, const IndexTable& rows, const std::vector<HeldDirection>& held) {
+Matrix free_rigid_motions(const Matrix& R, const RigidBody& body, const IndexTable& rows, const std::vector<HeldDirection>& held) {
   Matrix C(static_cast<Index>(held.size()), 6);  // C x = held displacements of the rigid motion R x
   const double size = std::sqrt(std::max(body.inertia.trace() / std::max(body.mass, 1e-300), 1e-300));
   for (Index i = 0; i < C.rows(); ++i) {
@@ -112,10 +112,17 @@ Index n_free_rigid_motions(const Matrix& R, const RigidBody& body, const IndexTa
     }
     C.row(i).tail<3>() /= size;  // rotations in units of length, so that one rank tolerance serves both
   }
-  if (C.rows() == 0) return 6;
+  if (C.rows() == 0) return Matrix::Identity(6, 6);
   Eigen::FullPivLU<Matrix> lu(C);
   lu.setThreshold(1e-9);
-  return lu.dimensionOfKernel();
+  Matrix kernel(6, 0);
+  if (lu.dimensionOfKernel() > 0) kernel = lu.kernel();
+  kernel.bottomRows(3) /= size;
+  return kernel;
+}
+
+Index n_free_rigid_motions(const Matrix& R, const RigidBody& body, const IndexTable& rows, const std::vector<HeldDirection>& held) {
+  return free_rigid_motions(R, body, rows, held).cols();
 }
 
 Matrix3 complete_basis(const std::vector<Vector3>& directions) {
@@ -141,9 +148,10 @@ DiagonalForm free_diagonal_form(Superelement& s, const std::string& where) {
     s.omega.resize(0), s.V.resize(0, 0);
   } else {
     const Matrix K = reduced_stiffness(s);
-    Eigenpairs pairs = dense_eigenpairs(K, reduced_mass(s), s.n());
-    require_converged(pairs, s.n(), where);
     const bool free = (K * R).norm() <= 1e-8 * K.norm() * R.norm();
+    const bool known = free && Eigen::ColPivHouseholderQR<Matrix>(R).rank() == 6;
+    Eigenpairs pairs = dense_eigenpairs_beside(K, reduced_mass(s), known ? R : Matrix(s.n(), 0));
+    require_converged(pairs, s.n(), where);
     take_frequencies(pairs.lambda, free ? 6 : 0, form);
     form.V = std::move(pairs.Phi);
   }
@@ -166,10 +174,13 @@ DiagonalForm held_diagonal_form(const Superelement& s, const std::vector<HeldDir
   M.bottomRightCorner(Z.cols(), Z.cols()) = Z.transpose() * M_Z;
   M.topRightCorner(k, Z.cols()) = s.M_kc * Z;
   M.bottomLeftCorner(Z.cols(), k) = M.topRightCorner(k, Z.cols()).transpose();
-  const Eigenpairs pairs = dense_eigenpairs(std::move(K), std::move(M), n);
+  const Matrix N = free_rigid_motions(R, s.rigid_body, displacement_rows(s), held);
+  Matrix R_f = Matrix::Zero(n, N.cols());
+  if (N.cols() > 0) R_f.bottomRows(Z.cols()) = Z.transpose() * (R.bottomRows(s.c()) * N);
+  const Eigenpairs pairs = dense_eigenpairs_beside(std::move(K), std::move(M), R_f);
   require_converged(pairs, n, where);
   DiagonalForm form;
-  take_frequencies(pairs.lambda, n_free_rigid_motions(R, s.rigid_body, displacement_rows(s), held), form);
+  take_frequencies(pairs.lambda, N.cols(), form);
   form.V.resize(s.n(), n);
   form.V.topRows(k) = pairs.Phi.topRows(k);
   form.V.bottomRows(s.c()).noalias() = Z * pairs.Phi.bottomRows(Z.cols());

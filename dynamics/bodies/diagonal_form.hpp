@@ -47,7 +47,10 @@ void take_frequencies(const Vector& lambda, Index n_rigid, DiagonalForm& form);
 bool use_exact_rigid_modes(const Matrix& R, const RigidBody& body, DiagonalForm& form);
 // Z (c x (c - held)): orthonormal basis of the interface displacements that held directions leave free.
 SparseMatrix free_interface_basis(const Superelement& superelement, const std::vector<HeldDirection>& held);
-// How many independent rigid motions move no held direction; rows(node, component): of R, -1 for none.
+// The independent rigid motions that move no held direction, as combinations of R's columns (6 x r); rows(node, component): of R,
+// -1 for none.
+Matrix free_rigid_motions(const Matrix& R, const RigidBody& body, const IndexTable& rows, const std::vector<HeldDirection>& held);
+// How many there are.
 Index n_free_rigid_motions(const Matrix& R, const RigidBody& body, const IndexTable& rows, const std::vector<HeldDirection>& held);
 
 // Row of V of each node and component, n_nodes x 3; -1 where the superelement has no such dof.

@@ -133,6 +133,9 @@ const Field& MeshBody::internal_forces() const {
   return Ku_;
 }
 
+// K u . v
+double MeshBody::scalar_product_of_forces(const Field& v) const { return flat(internal_forces()).dot(flat(v)); }
+
 void MeshBody::total_accelerations(Field& a) const {
   if (loads_.empty()) return accelerations(-internal_forces(), a);
   load(t_, load_);
@@ -191,6 +194,7 @@ void MeshBody::predict(double t, double h) {
   for (std::size_t set = 0; set < sets_.size(); ++set)
     for (Index i = 0; i < v_before_[set].rows(); ++i) v_before_[set].row(i) = v_.row(sets_[set][i]);
   const double s = 0.5 * (last_h_ + h);
+  if (h != last_h_) Ku_v_before_ = scalar_product_of_forces(v_);
   if (!loads_.empty()) {
     load(t_, load_);
     work_.external += 0.5 * s * flat(load_).dot(flat(v_));  // the other half in accept()
@@ -242,6 +246,8 @@ void MeshBody::accept() {
     (kick.kind == ImpulseKind::friction ? work_.friction : work_.contact) += work;
   }
   if (!loads_.empty()) work_.external += 0.25 * (last_h_ + h_) * flat(load_).dot(flat(v_));
+  // Its energy holds a term -h/2 v . K u: a change of h brings (h - h-)/4 K u . (v+ - v-).
+  if (h_ != last_h_) work_.numerical += 0.25 * (h_ - last_h_) * (scalar_product_of_forces(v_) - Ku_v_before_);
   last_h_ = h_;
   Ku_is_current_ = v_now_is_current_ = false;
   u_.swap(u_end_);

@@ -87,9 +87,10 @@ class MeshBody final : public Body {
   void hold(Field& v) const;                               // takes the held directions out
   void accelerations(const Field& force, Field& a) const;  // M^-1 f on the free directions
   void load(double t, Field& f) const;
-  const Field& internal_forces() const;      // K u, formed once for each u
-  void total_accelerations(Field& a) const;  // M^-1 (f - K u)
-  const Field& present_velocities() const;   // at the time of u_, in component axes
+  const Field& internal_forces() const;                   // K u, formed once for each u
+  double scalar_product_of_forces(const Field& v) const;  // v . K u
+  void total_accelerations(Field& a) const;               // M^-1 (f - K u)
+  const Field& present_velocities() const;                // at the time of u_, in component axes
   void start(double h);
   void leap(double s, double h);
   std::span<const HeldDirection> held_of(Index row) const;
@@ -115,6 +116,7 @@ class MeshBody final : public Body {
   mutable bool Ku_is_current_ = false, v_now_is_current_ = false;
   std::vector<Kick> kicks_;  // of this step
   double t_ = 0, h_ = 0, last_h_ = 0;
+  double Ku_v_before_ = 0;  // K u . v- of a step of another length than the last
   BodyWork work_;
 };
 

@@ -74,7 +74,11 @@ MeshModel mesh_model(const FiniteElementModel& model, const Points& coordinates,
         model.K.rows(), [&](const Vector& x, Vector& y) { y.noalias() = model.K * x; },
         [&](const Vector& x, Vector& y) { factor.solve(x.data(), y.data()); });
   }
-  if (!(lambda > 0) || !std::isfinite(lambda)) throw RunError("the highest frequency of the mesh cannot be computed");
+  if (!(lambda > 0) || !std::isfinite(lambda))
+    throw RunError(
+        "the highest frequency of the mesh cannot be computed: its stiffness is too large, or its mass too small, for a double: "
+        "look "
+        "at the units of youngs_modulus and density");
   mesh.largest_frequency = std::sqrt(lambda);
   return mesh;
 }

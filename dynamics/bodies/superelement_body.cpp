@@ -230,6 +230,8 @@ void SuperelementBody::accept_central() {
     load_amplitudes(t_, f_);
     work_.external += 0.5 * mean_h * f_.dot(v_ + v_end_);
   }
+  // Its energy holds a term -h/2 v . omega^2 eta: a change of h brings (h - h-)/4 omega^2 eta . (v+ - v-).
+  if (h_ != last_h_) work_.numerical += 0.25 * (h_ - last_h_) * form_->omega.cwiseAbs2().cwiseProduct(eta_).dot(v_end_ - v_);
   last_h_ = h_;
 }
 

@@ -48,6 +48,12 @@ void instance_lines(const BuiltScene& built, Report& report) {
     line << "instance " << body.name() << ": component " << built.instances[b].component << ", " << kind_of(built.instances[b])
          << ", " << body.n_dofs() << " dofs, " << word_of(integrator_words, integrator_of(body.scheme()));
     report.line(line.str());
+    const double omega = body.largest_frequency();
+    std::ostringstream detail;
+    detail.precision(6);
+    detail << "instance " << body.name() << ": highest frequency " << omega / (2 * std::numbers::pi) << " Hz";
+    if (omega > 0) detail << ", critical step of central differences " << 2 / omega << " s";
+    report.detail(detail.str());
   }
 }
 

@@ -260,8 +260,7 @@ TEST(CoupledBody, EnergyBalanceClosesToRoundOff) {
         const double share = method.scheme == Scheme::newmark ? 10 : 1.2, start = energy(*body);
         double t = 0, largest = start;
         for (int step = 0; step < 200; ++step) {
-          // The leapfrog's energy is that of one step length
-          const double h = (step < 120 || method.scheme != Scheme::newmark ? share : 0.5 * share) / body->largest_frequency();
+          const double h = (step < 120 ? share : 0.5 * share) / body->largest_frequency();
           body->predict(t, h);
           if (step % 7 == 0) body->add_impulses(set, random_points(random, 3, 0.1));
           if (step % 11 == 0) body->add_impulses(set, random_points(random, 3, 0.1), ImpulseKind::friction);
@@ -273,7 +272,7 @@ TEST(CoupledBody, EnergyBalanceClosesToRoundOff) {
           EXPECT_LT(std::abs(energy(*body) - start - booked(*body)), 2e-11 * largest) << step << " " << method.alpha;
         }
         EXPECT_GT(std::abs(body->work().contact), 1e-6 * largest);
-        if (method.alpha == 0) {
+        if (method.scheme == Scheme::newmark && method.alpha == 0) {
           EXPECT_EQ(body->work().numerical, 0);
         }
       }

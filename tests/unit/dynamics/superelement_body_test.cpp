@@ -125,16 +125,19 @@ TEST(SuperelementBody, EnergyBalanceClosesToRoundOff) {
     const Index set = body.track({1, 4, 7});
     body.add_force(random_points(random, body.n_nodes(), 4.0), {{0.0, 0.013, 0.041, 0.3}, {1.0, 3.0, -2.0, 0.5}});
     body.add_gravity(Vector3(0, 0, -9.81), {});
-    const double h = 1.2 / body.largest_frequency();
     const double start = energy(body);
-    double largest = start;
+    double largest = start, t = 0;
     for (int step = 0; step < 400; ++step) {
-      body.predict(step * h, h);
+      // What a change of the step brings to the leapfrog's energy is booked too.
+      const double h = (step < 250 ? 1.2 : step < 300 ? 0.5 : 0.8) / body.largest_frequency();
+      body.predict(t, h);
+      t += h;
       if (step % 7 == 0) body.add_impulses(set, random_points(random, 3, 0.4));
       if (step % 11 == 0) body.add_velocities(set, random_points(random, 3, 0.05), Vector3(0.1, 0, -0.1));
       body.accept();
       largest = std::max(largest, energy(body));
-      EXPECT_LT(std::abs(energy(body) - start - body.work().external - body.work().contact), 2e-12 * largest) << step;
+      const BodyWork work = body.work();
+      EXPECT_LT(std::abs(energy(body) - start - work.external - work.contact - work.numerical), 2e-12 * largest) << step;
     }
     EXPECT_GT(largest, 2 * start);
   }
