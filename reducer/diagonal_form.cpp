@@ -26,8 +26,9 @@ Matrix times_mass(const Superelement& s, const Matrix& X) {
 // K^ V = M^ V diag(lambda), V^T M^ V = I. With L L^T = M_cc - M_kc^T M_kc and B = M_kc L^-T, q = T z,
 //   T = [I  -B  ]    T^T M^ T = I    A = T^T K^ T = [ Lambda      -Lambda B                   ]
 //       [0  L^-T],                                  [ -B^T Lambda  B^T Lambda B + L^-1 K_cc L^-T ],
-// so nothing of the size n^3 is spent on making the problem a standard one, and neither K^ nor M^ is formed.
-Eigenpairs reduced_eigenpairs(const Superelement& s) {
+// so nothing of the size n^3 is spent on making the problem a standard one, and neither K^ nor M^ is formed. R (n x r): the rigid
+// motions, R^T M^ R = I, no part along modes, which get lambda = 0.
+Eigenpairs reduced_eigenpairs(const Superelement& s, const Matrix& R) {
   const Index k = s.k(), c = s.c(), n = s.n();
   Matrix L = s.M_cc;
   if (k > 0) L.noalias() -= s.M_kc.transpose() * s.M_kc;
@@ -48,7 +49,11 @@ Eigenpairs reduced_eigenpairs(const Superelement& s) {
     if (k > 0) D.noalias() -= A.bottomLeftCorner(c, k) * B;
     A.bottomRightCorner(c, c) = D;
   }
-  Eigenpairs pairs = dense_eigenpairs(std::move(A), n);
+  // T^-1 R = [M_kc R_c; L^T R_c]   (n x r)
+  Matrix Q(n, R.cols());
+  if (k > 0 && Q.cols() > 0) Q.topRows(k) = s.M_kc * R.bottomRows(c);
+  if (Q.cols() > 0) Q.bottomRows(c) = cholesky.matrixU() * R.bottomRows(c);
+  Eigenpairs pairs = dense_eigenpairs_beside(std::move(A), Q);
   if (!pairs.converged || c == 0) return pairs;
   // V = T Z: V_c = L^-T Z_c, V_k = Z_k - M_kc V_c   (n x n)
   auto V_c = pairs.Phi.bottomRows(c);
@@ -102,17 +107,17 @@ Matrix rigid_motions_of_parts(const Superelement& s, const std::vector<Index>& p
   return R;
 }
 
-void add_diagonal_form(Superelement& s, const std::vector<Index>& part) {
+Index add_diagonal_form(Superelement& s, const std::vector<Index>& part) {
   const Index n = s.n();
-  Eigenpairs pairs = reduced_eigenpairs(s);
+  Matrix R = rigid_motions_of_parts(s, part);
+  const Index n_rigid = R.cols();
+  if (n_rigid > 0) orthonormalise(s, R);
+  Eigenpairs pairs = reduced_eigenpairs(s, R);
   if (!pairs.converged) {
     throw RunError(
         "the reduced mass matrix is not positive definite, so there is no diagonal form: keep fewer modes, or write "
         "the superelement without it (--diagonal-limit 0)");
   }
-  Matrix R = rigid_motions_of_parts(s, part);
-  const Index n_rigid = R.cols();
-  if (n_rigid > 0) orthonormalise(s, R);
   fix_signs(R);
   auto elastic = pairs.Phi.rightCols(n - n_rigid);
   // V_e <- V_e - R (R^T M^ V_e)   (n x n_e)
@@ -124,6 +129,7 @@ void add_diagonal_form(Superelement& s, const std::vector<Index>& part) {
   s.omega = Vector::Zero(n);
   for (Index j = n_rigid; j < n; ++j) s.omega(j) = pairs.lambda(j) > noise ? std::sqrt(pairs.lambda(j)) : 0.0;
   s.V = std::move(pairs.Phi);
+  return n_rigid;
 }
 
 }  // namespace cbr

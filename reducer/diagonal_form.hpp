@@ -11,8 +11,8 @@ namespace cbr {
 // Sets omega and V. `part` (one per superelement node): which connected part of the component the node belongs to; each part has
 // six rigid motions. Their omega is exactly 0 and their columns of V are the analytic motions [0; R_c], orthonormalised in M^,
 // so that a free body keeps its momentum to round-off; the elastic columns are re-orthogonalised against them. Signs fixed.
-// RunError when M^ is not positive definite.
-void add_diagonal_form(Superelement& superelement, const std::vector<Index>& part);
+// Returns the number of rigid motions. RunError when M^ is not positive definite.
+Index add_diagonal_form(Superelement& superelement, const std::vector<Index>& part);
 
 // Rigid motions of each part in reduced coordinates, n x 6 parts (fewer when a part's nodes are on one line).
 Matrix rigid_motions_of_parts(const Superelement& superelement, const std::vector<Index>& part);

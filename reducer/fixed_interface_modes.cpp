@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <numbers>
 #include <utility>
 
@@ -55,11 +56,16 @@ Index last_gap(const Vector& lambda) {
   return j;
 }
 
-// Modes that the eigensolver missed below its last one; 0 when none is.
-Index n_missed(const Partition& p, const SparseCholesky& factor, const Vector& lambda) {
+// Modes that the eigensolver missed below its last one; 0 when none is. `counts`: what was counted.
+Index n_missed(const Partition& p, const SparseCholesky& factor, const Vector& lambda, std::string& counts) {
   const Index j = last_gap(lambda);
   const double sigma = j > 0 ? 0.5 * (lambda(j) + lambda(j - 1)) : 0.5 * lambda(0);
-  return inertia_below(p, factor, sigma) - j;
+  const Index below = inertia_below(p, factor, sigma);
+  char text[96];
+  std::snprintf(text, sizeof text, "%lld below %.6g Hz, %lld found", static_cast<long long>(below),
+                std::sqrt(sigma) / (2 * std::numbers::pi), static_cast<long long>(j));
+  counts += (counts.empty() ? "" : "; ") + std::string(text);
+  return below - j;
 }
 
 FixedInterfaceModes dense_modes(const Partition& p, Index k) {
@@ -72,6 +78,7 @@ FixedInterfaceModes dense_modes(const Partition& p, Index k) {
 FixedInterfaceModes sparse_modes(const Partition& p, const SparseCholesky& factor, Index k, Report& report) {
   const Index n = p.n_interior();
   Index ncv = 0;
+  std::string counts;
   for (int attempt = 0; attempt < 2; ++attempt) {
     Eigenpairs pairs = sparse_eigenpairs(p.K_II, p.M_II, factor, 0, k, 1e-13, ncv);
     if (!pairs.converged && n <= largest_dense) return dense_modes(p, k);
@@ -81,9 +88,9 @@ FixedInterfaceModes sparse_modes(const Partition& p, const SparseCholesky& facto
     }
     report.detail(pairs.method + ": " + std::to_string(pairs.iterations) + " restarts");
     if (pairs.method != "lapack" && !count_fits(p, factor))
-      return {std::move(pairs.lambda), std::move(pairs.Phi), pairs.method, false};
-    if (pairs.method == "lapack" || n_missed(p, factor, pairs.lambda) == 0)
-      return {std::move(pairs.lambda), std::move(pairs.Phi), pairs.method, true};
+      return {std::move(pairs.lambda), std::move(pairs.Phi), pairs.method, false, 0, counts};
+    if (pairs.method == "lapack" || n_missed(p, factor, pairs.lambda, counts) == 0)
+      return {std::move(pairs.lambda), std::move(pairs.Phi), pairs.method, true, 0, counts};
     // A larger Krylov space gives the lost copy of a multiple eigenvalue the round-off to grow from.
     ncv = std::min(n, 3 * k + 40);
     report.detail("the inertia count found a missed mode: again with " + std::to_string(ncv) + " Lanczos vectors");
@@ -121,8 +128,15 @@ FixedInterfaceModes fixed_interface_modes(const Partition& partition, const Spar
   }
   FixedInterfaceModes none{Vector(0), Matrix(n, 0), "none", true};
   if (k == 0) return none;
-  if (dense_is_faster(n, k, factor.n_nonzeros() + product_cost(partition.M_II))) return dense_modes(partition, k);
-  return sparse_modes(partition, factor, k, report);
+  const Index asked = std::min(k + 1, n);  // one more tells whether the last has a twin
+  FixedInterfaceModes modes = dense_is_faster(n, k, factor.n_nonzeros() + product_cost(partition.M_II))
+                                  ? dense_modes(partition, asked)
+                                  : sparse_modes(partition, factor, asked, report);
+  if (asked == k) return modes;
+  modes.next = modes.lambda(k);
+  modes.lambda.conservativeResize(k);
+  modes.Phi.conservativeResize(Eigen::NoChange, k);
+  return modes;
 }
 
 Index count_modes_below(const Partition& partition, const SparseCholesky& factor, double frequency_hz) {

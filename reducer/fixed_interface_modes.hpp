@@ -12,10 +12,12 @@
 namespace cbr {
 
 struct FixedInterfaceModes {
-  Vector lambda;        // k, (rad/s)^2, ascending
-  Matrix Phi;           // n_I x k
-  std::string method;   // none, arpack, block lanczos, lapack
-  bool proven = false;  // by an inertia count that no mode below the last one is missing; dense ones miss none
+  Vector lambda;            // k, (rad/s)^2, ascending
+  Matrix Phi;               // n_I x k
+  std::string method;       // none, arpack, block lanczos, lapack
+  bool proven = false;      // by an inertia count that no mode below the last one is missing; dense ones miss none
+  double next = 0;          // lambda of the next mode, which is not kept; 0: there is none, or none was computed
+  std::string counts = {};  // of the inertia: "79 below 1.2e+06 Hz, 79 found"; empty: none was made
 };
 
 // What `method` to take for k of n_I modes. Measured: docs/decisions/eigen-crossover.md.

@@ -3,6 +3,7 @@
 
 #include <Eigen/QR>
 #include <algorithm>
+#include <array>
 #include <numeric>
 #include <string>
 
@@ -76,7 +77,37 @@ Index rank_on_interface(const Mesh& mesh, const FiniteElementModel& model, const
   return qr.rank();
 }
 
+// "; node id 28 of block 'a' and node id 3 of block 'b' are at the same place: ...", or "": a node of the part and one of another
+// that the mesh generator should have made one.
+std::string coincidence(const Mesh& mesh, const FiniteElementModel& model, const std::vector<Index>& parts, Index part) {
+  const auto position = [&](std::size_t i) { return Vector3(mesh.coordinates.row(model.nodes[i])); };
+  Vector3 low = position(0), high = low;
+  for (std::size_t i = 0; i < model.nodes.size(); ++i) low = low.cwiseMin(position(i)), high = high.cwiseMax(position(i));
+  const double near = 1e-9 * (high - low).maxCoeff();
+  std::vector<std::pair<std::array<double, 3>, std::size_t>> order;  // by rounded places
+  for (std::size_t i = 0; i < model.nodes.size(); ++i) {
+    const Vector3 x = ((position(i) - low) / near).array().round();
+    order.push_back({{x(0), x(1), x(2)}, i});
+  }
+  std::sort(order.begin(), order.end());
+  for (std::size_t k = 1; k < order.size(); ++k) {
+    const std::size_t a = order[k - 1].second, b = order[k].second;
+    if (order[k - 1].first != order[k].first || (parts[a] == part) == (parts[b] == part)) continue;
+    return "; " + name_of_node(mesh, model.nodes[parts[a] == part ? a : b]) + " and " +
+           name_of_node(mesh, model.nodes[parts[a] == part ? b : a]) + " are at the same place: were nodes to be merged?";
+  }
+  return "";
+}
+
 }  // namespace
+
+std::string name_of_node(const Mesh& mesh, Index node) {
+  const std::string id = "node id " + std::to_string(mesh.node_ids[static_cast<std::size_t>(node)]);
+  for (const auto& block : mesh.blocks) {
+    if (dimension(block.type) == 3 && (block.connectivity.array() == node).any()) return id + " of block '" + block.name + "'";
+  }
+  return id;
+}
 
 FiniteElementModel number_nodes(const Mesh& mesh) {
   FiniteElementModel model;
@@ -176,16 +207,17 @@ void check_interface_holds(const Mesh& mesh, const FiniteElementModel& model, co
     found[static_cast<std::size_t>(parts[static_cast<std::size_t>(i)])].interior.push_back(i);
   for (const Index i : partition.interface_nodes)
     found[static_cast<std::size_t>(parts[static_cast<std::size_t>(i)])].interface.push_back(i);
-  for (const auto& part : found) {
+  for (std::size_t number = 0; number < found.size(); ++number) {
+    const Part& part = found[number];
     if (part.interior.empty()) continue;
-    const Index id = mesh.node_ids[static_cast<std::size_t>(model.nodes[static_cast<std::size_t>(part.interior.front())])];
-    const std::string name = "the part of " + std::to_string(part.interior.size() + part.interface.size()) +
-                             " nodes with node id " + std::to_string(id) +
+    const std::string name = "the part of " + std::to_string(part.interior.size() + part.interface.size()) + " nodes with " +
+                             name_of_node(mesh, model.nodes[static_cast<std::size_t>(part.interior.front())]) +
                              (n_parts > 1 ? " (one of " + std::to_string(n_parts) + " parts of the mesh)" : "");
     if (part.interface.empty()) {
       throw InputError(name +
                        " is not connected to the interface: its interior would float; join it to the rest, leave it out "
-                       "of the mesh, or put some of its nodes into the interface");
+                       "of the mesh, or put some of its nodes into the interface" +
+                       coincidence(mesh, model, parts, static_cast<Index>(number)));
     }
     const Index rank = rank_on_interface(mesh, model, part);
     if (rank == 6) continue;

@@ -2,6 +2,7 @@
 // Interior and interface: which dofs are kept, and the blocks of K and M that follow.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "common/assembly.hpp"
@@ -39,6 +40,9 @@ std::vector<Index> connected_parts(const Mesh& mesh, const FiniteElementModel& m
 // a node id, what it lacks (no interface node; fewer than three that are not on one line) and the cure.
 void check_interface_holds(const Mesh& mesh, const FiniteElementModel& model, const Partition& partition,
                            const std::vector<Index>& parts);
+
+// "node id 28 of block 'flap'": how messages name a node of the mesh (an index).
+std::string name_of_node(const Mesh& mesh, Index node);
 
 // Dofs (n_I or c) of a list of model nodes.
 std::vector<Index> dofs_of(const std::vector<Index>& nodes);

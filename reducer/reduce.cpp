@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <numbers>
 #include <numeric>
 
@@ -19,7 +20,7 @@ namespace {
 
 // Candidates for pick: participation (docs/decisions/reduction.md).
 constexpr Index least_candidates = 200, candidates_per_mode = 4;
-constexpr double singular_pivot = 1e-14, doubtful_pivot = 1e-11;
+constexpr double singular_pivot = 1e-14;
 
 // What every step of one reduction works on.
 struct Reduction {
@@ -33,10 +34,11 @@ struct Reduction {
   ReductionFigures figures;
 };
 
+Index mesh_node(const Reduction& r, Index model_node) { return r.model.nodes[static_cast<std::size_t>(model_node)]; }
+
 std::string node_of_interior_dof(const Reduction& r, Index dof) {
   const Index node = r.p.interior_nodes[static_cast<std::size_t>(dof / 3)];
-  const Index id = r.mesh.node_ids[static_cast<std::size_t>(r.model.nodes[static_cast<std::size_t>(node)])];
-  return "node id " + std::to_string(id) + " in " + "xyz"[dof % 3];
+  return name_of_node(r.mesh, r.model.nodes[static_cast<std::size_t>(node)]) + " in " + "xyz"[dof % 3];
 }
 
 SparseCholesky factorise(Reduction& r) {
@@ -44,15 +46,17 @@ SparseCholesky factorise(Reduction& r) {
   SparseCholesky factor(r.p.K_II);
   if (r.p.n_interior() == 0) return factor;
   if (!factor.ok() || factor.smallest_pivot() < singular_pivot) {
-    throw InputError(
-        "the stiffness of the interior is singular at " + node_of_interior_dof(r, factor.weakest_column()) +
-        ": a part of it can move freely, as elements do that share only an edge or a node with the rest; mend the mesh "
-        "there or put the nodes of the hinge into the interface");
+    throw InputError("the stiffness of the interior is singular at " + node_of_interior_dof(r, factor.weakest_column()) +
+                     ": a part of it can move freely, as elements do that share only an edge or a node with the rest, or is held "
+                     "too weakly for a "
+                     "double, as very thin parts are and what an interface nearly on one line holds; mend the mesh there or put "
+                     "nodes of that part "
+                     "into the interface");
   }
-  if (factor.smallest_pivot() < doubtful_pivot) {
-    r.report.warning("the stiffness of the interior is nearly singular at " + node_of_interior_dof(r, factor.weakest_column()) +
-                     ": look there for a hinge, slivers or Poisson's ratio near 0.5; results lose digits");
-  }
+  ReductionCondition& condition = r.figures.condition;
+  condition.smallest_pivot = factor.smallest_pivot();
+  condition.weakest = node_of_interior_dof(r, factor.weakest_column());
+  condition.K_II = condition_numbers(r.p.K_II, factor);
   return factor;
 }
 
@@ -69,6 +73,20 @@ Index n_modes_wanted(const Reduction& r, const SparseCholesky& factor) {
   }
   const auto phase = r.report.phase("modes: count below cutoff");
   return count_modes_below(r.p, factor, *r.options.cutoff_hz);
+}
+
+void warn_of_cut_pair(const FixedInterfaceModes& modes, Report& report) {
+  constexpr double alike = 1e-6;
+  const Index k = modes.lambda.size();
+  if (k == 0 || modes.next == 0 || modes.next - modes.lambda(k - 1) > alike * modes.next) return;
+  char text[256];
+  std::snprintf(
+      text, sizeof text,
+      "modes: the last that is kept, number %lld, and the next have the same frequency (%.6g Hz, to %.0e): which of their "
+      "shapes is kept depends on round-off, and so on threads and machine: keep one more, or one fewer",
+      static_cast<long long>(k), std::sqrt(modes.next) / (2 * std::numbers::pi),
+      1 - std::sqrt(std::max(modes.lambda(k - 1), 0.0) / modes.next));
+  report.warning(text);
 }
 
 FixedInterfaceModes modes_to_compute(Reduction& r, const SparseCholesky& factor) {
@@ -92,6 +110,10 @@ FixedInterfaceModes modes_to_compute(Reduction& r, const SparseCholesky& factor)
   r.figures.n_candidates = candidates;
   r.figures.mode_method = modes.method;
   r.figures.modes_proven = modes.proven;
+  r.figures.condition.counts = modes.counts;
+  r.figures.condition.modes = check_modes(r.p, modes.lambda, modes.Phi);
+  require_independent(r.p, modes.Phi, r.figures.condition.modes);
+  if (r.options.modes && r.options.pick == "frequency") warn_of_cut_pair(modes, r.report);
   return modes;
 }
 
@@ -186,12 +208,28 @@ void condense_and_keep(Reduction& r, Superelement& s) {
   if (r.options.recovery) add_recovery(r, std::move(condensed.Psi), std::move(modes.Phi), s);
 }
 
-void add_diagonal(const Reduction& r, Superelement& s) {
+void add_diagonal(Reduction& r, Superelement& s) {
   if (s.n() > r.settings.diagonal_limit) return;
   const auto phase = r.report.phase("diagonal form");
+  ReductionCondition& condition = r.figures.condition;
+  condition.mass = reduced_mass_condition(s);
   std::vector<Index> part;
   for (const Index node : r.p.interface_nodes) part.push_back(r.part[static_cast<std::size_t>(node)]);
-  add_diagonal_form(s, part);
+  condition.n_rigid = add_diagonal_form(s, part);
+  condition.n_zero = (s.omega.array() == 0).count();
+  condition.largest_omega = s.omega(s.n() - 1);
+  if (condition.n_zero < s.n()) condition.lowest_omega = s.omega(condition.n_zero);
+  if (condition.n_zero == condition.n_rigid) return;
+  Index dof = 0;
+  s.V.col(condition.n_rigid).tail(s.c()).cwiseAbs().maxCoeff(&dof);
+  condition.loose_node = name_of_node(r.mesh, mesh_node(r, r.p.interface_nodes[static_cast<std::size_t>(dof / 3)]));
+}
+
+// Of the full K, as it was assembled.
+void check_rigid_motions(Reduction& r, const Points& x, const Vector3& center) {
+  const RigidResidual rigid = rigid_residual(r.model.K, rigid_modes(x, center));
+  r.figures.condition.rigid = rigid.value;
+  if (rigid.row >= 0) r.figures.condition.rigid_node = name_of_node(r.mesh, mesh_node(r, rigid.row / 3));
 }
 
 // `interface`: mesh nodes, or none: those of the options' sets.
@@ -214,6 +252,7 @@ Superelement reduce_to(const std::vector<Index>* interface, const Mesh& mesh, co
     Points x(static_cast<Index>(r.model.nodes.size()), 3);
     for (Index i = 0; i < x.rows(); ++i) x.row(i) = mesh.coordinates.row(r.model.nodes[static_cast<std::size_t>(i)]);
     s.rigid_body = rigid_body(r.model.M, x);
+    check_rigid_motions(r, x, s.rigid_body.center);
     r.figures.n_dofs = r.model.K.rows();
     r.figures.n_interior = r.p.n_interior();
     r.model.K = SparseMatrix();
@@ -222,7 +261,10 @@ Superelement reduce_to(const std::vector<Index>* interface, const Mesh& mesh, co
   check_interface_holds(mesh, r.model, r.p, r.part);
   describe_interface(r, s);
   condense_and_keep(r, s);
+  r.figures.condition.reduced_rigid = rigid_residual(s.K_cc, reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c())).value;
+  require_free(r.figures.condition);
   add_diagonal(r, s);
+  report_condition(r.figures.condition, report);
   if (figures != nullptr) *figures = r.figures;
   return s;
 }

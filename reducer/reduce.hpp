@@ -10,6 +10,7 @@
 #include "common/scene.hpp"
 #include "common/superelement.hpp"
 #include "reducer/condensation.hpp"
+#include "reducer/condition.hpp"
 
 namespace cbr {
 
@@ -30,6 +31,7 @@ struct ReductionFigures {
   double factor_nonzeros = 0, factor_flops = 0, solve_flops = 0, product_flops = 0;
   CondensationWay way = CondensationWay::product;
   Index panel = 0;
+  ReductionCondition condition;
 };
 
 // Fills all of the superelement but content_hash and provenance. `options`: modes or cutoff_hz, pick, interface_sets, recovery.

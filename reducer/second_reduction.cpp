@@ -151,6 +151,11 @@ Superelement reduce_again(const SuperelementGroup& group, const std::vector<Inde
     f.n_candidates = n_modes_wanted(p, factor, options);
     return fixed_interface_modes(p, factor, f.n_candidates, report);
   });
+  f.condition.smallest_pivot = factor.smallest_pivot();
+  f.condition.K_II = condition_numbers(p.K_II, factor);
+  f.condition.counts = modes.counts;
+  f.condition.modes = check_modes(p, modes.lambda, modes.Phi);
+  require_independent(p, modes.Phi, f.condition.modes);
   CondensationOptions how;
   how.memory = settings.memory > 0 ? settings.memory : half_of_memory();
   how.way = settings.way;
@@ -165,6 +170,8 @@ Superelement reduce_again(const SuperelementGroup& group, const std::vector<Inde
   s.M_cc = std::move(condensed.M_cc);
   s.M_kc = std::move(condensed.M_kc);
   if (options.recovery) s.recovery.push_back(joined_recovery(group, joined, places, condensed.Psi, modes.Phi));
+  f.condition.reduced_rigid = rigid_residual(s.K_cc, reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c())).value;
+  report_condition(f.condition, report);
   f.n_interior = p.n_interior();
   f.mode_method = modes.method;
   f.modes_proven = modes.proven;

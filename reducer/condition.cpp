@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "reducer/condition.hpp"
+
+#include <Eigen/Cholesky>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <numbers>
+
+#include "common/error.hpp"
+
+namespace cbr {
+namespace {
+
+constexpr double epsilon = std::numeric_limits<double>::epsilon();
+// Beyond these a warning is due: four digits are left of sixteen; a mode in another; forces on a body that only moves.
+constexpr double poor_condition = 1e12, poor_pivot = 1e-11, poor_modes = 1e-6, poor_rigid = 1e-8, lost_rigid = 1e-6;
+// Of the largest eigenvalue's round-off: a lowest elastic one below it has less than three digits.
+constexpr double few_digits = 1e3;
+
+template <typename... Values>
+std::string format(const char* pattern, Values... values) {
+  char text[256];
+  std::snprintf(text, sizeof text, pattern, values...);
+  return text;
+}
+
+Vector random_signs(Index n) {
+  Vector z(n);
+  std::uint64_t state = 1;
+  for (double& entry : z) {
+    state = state * 6364136223846793005u + 1442695040888963407u;
+    entry = (state >> 63) != 0 ? 1.0 : -1.0;
+  }
+  return z;
+}
+
+double column_norm(const SparseMatrix& A, const Vector& D) {
+  double largest = 0;
+  for (Index j = 0; j < A.cols(); ++j) {
+    double sum = 0;
+    for (SparseMatrix::InnerIterator it(A, j); it; ++it) sum += std::abs(it.value()) * D(it.row());
+    largest = std::max(largest, sum * D(j));
+  }
+  return largest;
+}
+
+// Of M^ scaled by D on both sides.
+double mass_norm(const Superelement& s, const Vector& D) {
+  const auto D_k = D.head(s.k()), D_c = D.tail(s.c());
+  double largest = 0;
+  for (Index j = 0; j < s.c(); ++j) {
+    double sum = s.M_cc.col(j).cwiseAbs().dot(D_c);
+    if (s.k() > 0) sum += s.M_kc.col(j).cwiseAbs().dot(D_k);
+    largest = std::max(largest, sum * D_c(j));
+  }
+  for (Index i = 0; i < s.k(); ++i) largest = std::max(largest, (D_k(i) + s.M_kc.row(i).transpose().cwiseAbs().dot(D_c)) * D_k(i));
+  return largest;
+}
+
+template <typename Rows>
+RigidResidual worst_row(Index n, const Matrix& R, Rows absolute_sum, const Matrix& KR) {
+  RigidResidual worst;
+  const Eigen::RowVectorXd size = R.cwiseAbs().colwise().maxCoeff();
+  for (Index i = 0; i < n; ++i) {
+    for (Index c = 0; c < R.cols(); ++c) {
+      const double scale = absolute_sum(i) * size(c);
+      const double share = scale > 0 ? std::abs(KR(i, c)) / scale : 0.0;
+      if (share > worst.value) worst = {share, i};
+    }
+  }
+  return worst;
+}
+
+double hertz(double omega) { return omega / (2 * std::numbers::pi); }
+
+int digits_lost(double condition) { return static_cast<int>(std::lround(std::log10(std::max(condition, 1.0)))); }
+
+}  // namespace
+
+double inverse_norm(Index n, const std::function<void(Vector&)>& solve) {
+  if (n == 0) return 0;
+  constexpr int most_rounds = 5;
+  Vector x = Vector::Constant(n, 1.0 / static_cast<double>(n));
+  double norm = 0;
+  Index last = -1;
+  for (int round = 0; round < most_rounds; ++round) {
+    Vector y = x;
+    solve(y);
+    const double found = y.lpNorm<1>();
+    if (round > 0 && !(found > norm)) break;
+    norm = found;
+    Vector z = y.unaryExpr([](double v) { return v >= 0 ? 1.0 : -1.0; });
+    solve(z);
+    Index j = 0;
+    const double steepest = z.cwiseAbs().maxCoeff(&j);
+    if (!(steepest > z.dot(x)) || j == last) break;
+    x.setZero();
+    x(j) = 1;
+    last = j;
+  }
+  // Higham's second guess, for matrices that are made to mislead the first.
+  for (Index i = 0; i < n; ++i)
+    x(i) = (i % 2 == 0 ? 1 : -1) * (1 + static_cast<double>(i) / static_cast<double>(std::max<Index>(n - 1, 1)));
+  solve(x);
+  return std::max(norm, 2 * x.lpNorm<1>() / (3 * static_cast<double>(n)));
+}
+
+ConditionNumbers condition_numbers(const SparseMatrix& A, const SparseCholesky& factor) {
+  const Index n = A.rows();
+  if (n == 0) return {};
+  const Vector diagonal = A.diagonal(), D = diagonal.cwiseSqrt().cwiseInverse();
+  ConditionNumbers numbers;
+  numbers.plain = column_norm(A, Vector::Ones(n)) * inverse_norm(n, [&](Vector& x) { factor.solve(x.data(), x.data()); });
+  // (D A D)^-1 = D^-1 A^-1 D^-1
+  numbers.scaled = column_norm(A, D) * inverse_norm(n, [&](Vector& x) {
+                     x = x.cwiseQuotient(D);
+                     factor.solve(x.data(), x.data());
+                     x = x.cwiseQuotient(D);
+                   });
+  return numbers;
+}
+
+ConditionNumbers reduced_mass_condition(const Superelement& s) {
+  const Index k = s.k(), c = s.c(), n = s.n();
+  if (n == 0) return {};
+  Matrix M_res = s.M_cc;
+  if (k > 0) M_res.noalias() -= s.M_kc.transpose() * s.M_kc;
+  const Eigen::LLT<Eigen::Ref<Matrix>> cholesky(M_res);  // in place
+  const double infinite = std::numeric_limits<double>::infinity();
+  if (cholesky.info() != Eigen::Success) return {infinite, infinite};
+  // M^-1 [a; b]: y_c = M_res^-1 (b - M_kc^T a), y_k = a - M_kc y_c
+  const auto solve = [&](Vector& x) {
+    if (c == 0) return;
+    Vector y = x.tail(c);
+    if (k > 0) y.noalias() -= s.M_kc.transpose() * x.head(k);
+    y = cholesky.solve(y);
+    if (k > 0) x.head(k).noalias() -= s.M_kc * y;
+    x.tail(c) = y;
+  };
+  Vector D = Vector::Ones(n);
+  ConditionNumbers numbers;
+  numbers.plain = mass_norm(s, D) * inverse_norm(n, solve);
+  D.tail(c) = s.M_cc.diagonal().cwiseSqrt().cwiseInverse();
+  numbers.scaled = mass_norm(s, D) * inverse_norm(n, [&](Vector& x) {
+                     x = x.cwiseQuotient(D);
+                     solve(x);
+                     x = x.cwiseQuotient(D);
+                   });
+  return numbers;
+}
+
+ModeCheck check_modes(const Partition& p, const Vector& lambda, const Matrix& Phi) {
+  ModeCheck check;
+  const Index k = lambda.size();
+  if (k == 0) return check;
+  const Vector z = random_signs(k);
+  const Vector M_Phi_z = p.M_II * Vector(Phi * z);
+  check.orthogonality = (Phi.transpose() * M_Phi_z - z).cwiseAbs().maxCoeff(&check.worst);
+  const Vector w = Phi * z.cwiseQuotient(lambda);
+  check.residual = (p.K_II * w - M_Phi_z).norm() / M_Phi_z.norm();
+  return check;
+}
+
+void require_independent(const Partition& p, const Matrix& Phi, const ModeCheck& check) {
+  if (check.worst < 0 || check.orthogonality <= poor_modes) return;
+  Vector overlap = Phi.transpose() * Vector(p.M_II * Phi.col(check.worst));
+  overlap(check.worst) = 0;
+  Index other = 0;
+  const double share = overlap.cwiseAbs().maxCoeff(&other);
+  throw RunError(format(
+      "fixed-interface modes %lld and %lld are not independent of each other (Phi^T M Phi is %.2g between them, not "
+      "0): the eigensolver has found one twice; ask for a few more or fewer modes",
+      static_cast<long long>(std::min(other, check.worst) + 1), static_cast<long long>(std::max(other, check.worst) + 1), share));
+}
+
+RigidResidual rigid_residual(const SparseMatrix& K, const Matrix& R) {
+  Vector sums = Vector::Zero(K.rows());
+  for (Index j = 0; j < K.cols(); ++j)
+    for (SparseMatrix::InnerIterator it(K, j); it; ++it) sums(it.row()) += std::abs(it.value());
+  return worst_row(
+      K.rows(), R, [&](Index i) { return sums(i); }, K * R);
+}
+
+RigidResidual rigid_residual(const Matrix& K, const Matrix& R) {
+  // Rows may be 0 but for round-off: what is not stiff at all is measured by what is stiffest.
+  const double largest = K.rows() > 0 ? K.cwiseAbs().rowwise().sum().maxCoeff() : 0.0;
+  return worst_row(
+      K.rows(), R, [&](Index) { return largest; }, K * R);
+}
+
+void require_free(const ReductionCondition& c) {
+  if (c.reduced_rigid <= lost_rigid) return;
+  throw InputError(
+      format("the stiffness is too ill-conditioned (%.0e, scaled by its diagonal) to be reduced: by round-off the reduced one "
+             "resists rigid motions by %.0e of its size",
+             c.K_II.scaled, c.reduced_rigid) +
+      "; look for parts of very unlike stiffness, slivers, Poisson's ratio near 0.5, an interface nearly on one line" +
+      (c.weakest.empty() ? "" : ", first at " + c.weakest));
+}
+
+void report_condition(const ReductionCondition& c, Report& report) {
+  report.detail(format("condition of K_II: %.1e, scaled by its diagonal %.1e; weakest pivot %.1e", c.K_II.plain, c.K_II.scaled,
+                       c.smallest_pivot) +
+                (c.weakest.empty() ? "" : " at " + c.weakest));
+  if (c.mass.plain > 0)
+    report.detail(format("condition of the reduced mass: %.1e, scaled by its diagonal %.1e", c.mass.plain, c.mass.scaled));
+  report.detail(format("modes: Phi^T M Phi - I %.1e, residual %.1e; ", c.modes.orthogonality, c.modes.residual) +
+                (c.counts.empty() ? "no inertia counted" : "inertia counts " + c.counts));
+  report.detail(format("rigid motions: forces of K %.1e, of the reduced K %.1e", c.rigid, c.reduced_rigid));
+  if (c.largest_omega > 0)
+    report.detail(format("reduced frequencies: %lld are 0, lowest other %.6g Hz, highest %.6g Hz (critical step %.4g s)",
+                         static_cast<long long>(c.n_zero), hertz(c.lowest_omega), hertz(c.largest_omega), 2 / c.largest_omega));
+
+  if (c.K_II.scaled > poor_condition || c.smallest_pivot < poor_pivot)
+    report.warning(format("the stiffness of the interior is ill-conditioned (%.0e): about %d of 16 digits are lost; ",
+                          c.K_II.scaled, digits_lost(c.K_II.scaled)) +
+                   "look for slivers, thin parts, Poisson's ratio near 0.5, parts of very unlike stiffness" +
+                   (c.weakest.empty() ? "" : ", first at " + c.weakest));
+  if (c.mass.scaled > poor_condition)
+    report.warning(
+        format("the reduced mass is ill-conditioned (%.0e): about %d of 16 digits are lost; ", c.mass.scaled,
+               digits_lost(c.mass.scaled)) +
+        "keep fewer modes, or widen the interface: its nodes may hold the rest as a needle's point does, or be much lighter");
+  if (c.modes.residual > poor_modes)
+    report.warning(
+        format("the fixed-interface modes are inaccurate (residual %.0e): look for the cause in the stiffness of the "
+               "interior, or ask for fewer modes",
+               c.modes.residual));
+  if (std::max(c.rigid, c.reduced_rigid) > poor_rigid)
+    report.warning(format("the stiffness resists rigid motions by %.0e of its size", std::max(c.rigid, c.reduced_rigid)) +
+                   (c.rigid_node.empty() ? "" : ", most at " + c.rigid_node) +
+                   ": free bodies will not move freely; look for very thin or very distorted elements there");
+  if (c.n_zero > c.n_rigid)
+    report.warning(
+        format("the reduced component has %lld motions without stiffness beside its %lld rigid ones: a mechanism, which will "
+               "move freely, or a part too soft for a double beside the rest",
+               static_cast<long long>(c.n_zero - c.n_rigid), static_cast<long long>(c.n_rigid)) +
+        (c.loose_node.empty() ? "" : "; it moves most at " + c.loose_node));
+  const double digits = c.lowest_omega * c.lowest_omega / (epsilon * c.largest_omega * c.largest_omega);
+  if (c.lowest_omega > 0 && digits < few_digits)
+    report.warning(
+        format("the lowest elastic frequency, %.4g Hz, is so far below the highest, %.4g Hz, that %s of its digits are right: "
+               "use larger or less flat elements where they are stiffest",
+               hertz(c.lowest_omega), hertz(c.largest_omega), digits < 10 ? "none" : "one or two"));
+}
+
+}  // namespace cbr
