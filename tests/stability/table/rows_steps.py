@@ -1,0 +1,161 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Time: a million steps, steps at their limit, of changing and of tiny length, decay to nothing, threads."""
+import re
+
+import h5py
+import numpy as np
+
+from parts import box
+from runs import STEEL, Failed, changed, reduction
+from rows_contact import PAIR
+from table import below, holds, refused, row
+
+CHAPTER = "Time steps"
+PULSE = {"time": [0, 0.05, 0.1], "value": [0, 1, 0]}
+
+
+def ringing(folder, kind, time, output, part=None, contact=True, material=None, modes=6):
+    """A block that two opposite pulses have set ringing; `contact`: a wall so near that no step can be skipped."""
+    part = part or box((2, 2, 2))
+    loads = [{"instance": "a", "surface": s, "traction": [t, 0.3 * t, 0.0], "history": PULSE} for s, t in (("x_min", -0.1), ("x_max", 0.1))]
+    scene = {"materials": {"steel": dict(STEEL, **(material or {}))},
+             "components": {"block": {"mesh": folder.mesh(part), "material": "steel", "reduction": reduction(["x_min", "x_max"], modes)}},
+             "instances": {"a": {"component": "block", "as": kind}}, "loads": loads, "time": time, "output": output}
+    if contact:
+        scene["walls"] = {"wall": {"plane": {"point": [1.0 + WALL, 0, 0], "normal": [-1, 0, 0]}}}
+        scene["contact"] = [{"between": ["a.x_max", "wall"]}]
+    return scene
+
+
+WALL = 0.004
+
+
+def drift(ran, after=0.2):
+    E, t = ran["energy/total"] - ran["energy/work_numerical"], ran["time"]
+    E = E[t > after]
+    return np.abs(E - E[0]).max() / E[0]
+
+
+WAYS = [("superelement, exact", "superelement", {"integrator": "exact"}), ("superelement, mass scaling", "superelement", {"integrator": "exact", "mass_scaling": True}),
+        ("mesh in an exact run", "mesh", {"integrator": "exact"}), ("superelement, central differences", "superelement", {"integrator": "central-difference"}),
+        ("mesh, central differences", "mesh", {"integrator": "central-difference"}), ("superelement, newmark", "superelement", {"integrator": "newmark"}),
+        ("mesh, newmark", "mesh", {"integrator": "newmark"})]
+
+
+@row(CHAPTER, "One million free steps (20 000 in the quick run): drift of the energy")
+def million(folder):
+    n, h, answers = 1_000_000 if folder.full else 20_000, 0.01, []
+    for name, kind, time in WAYS:
+        every = h if kind == "superelement" and time["integrator"] == "exact" else n * h / 100  # exact motion jumps between outputs
+        ran = folder.dyn(ringing(folder, kind, {"end": n * h, "step": h, **time}, {"every": every}, contact=False)).done()
+        figure, bound, held = below(drift(ran), 1e-10)
+        steps = int(ran.attribute("steps"))
+        answers.append((name, f"{figure} in {steps} steps", bound, held and steps >= n))
+    return answers
+
+
+@row(CHAPTER, "Central differences at 0.99 of the critical step: drift of the energy in 100 000 steps")
+def at_limit(folder):
+    answers = []
+    for kind in ("mesh", "superelement"):
+        critical = critical_step(folder, kind)
+        ran = folder.dyn(ringing(folder, kind, {"end": 1e5 * 0.99 * critical, "step": 0.99 * critical, "integrator": "central-difference"},
+                                 {"every": 1e3 * 0.99 * critical}, contact=False)).done()
+        answers.append((kind, *below(drift(ran), 1e-6)))
+    return answers
+
+
+def critical_step(folder, kind):
+    ran = folder.dyn(ringing(folder, kind, {"end": 1.0, "step": 10.0, "integrator": "central-difference"}, {"every": 1.0}, contact=False))
+    return float(re.search(r"critical step ([0-9.e+-]+) s", ran.error()).group(1))
+
+
+@row(CHAPTER, "Central differences at 1.01 of the critical step")
+def above_limit(folder):
+    answers = []
+    for kind in ("mesh", "superelement"):
+        h = 1.01 * critical_step(folder, kind)
+        time = {"end": 2000 * h, "step": h, "integrator": "central-difference"}
+        scene = ringing(folder, kind, time, {"every": 20 * h}, contact=False)
+        answers += [(kind, *refused(folder.dyn(scene), "above the critical step", "force: true")),
+                    (f"{kind}, forced all the same", *refused(folder.dyn(changed(scene, "time", "force", to=True)), "no longer finite", "instance 'a'", code=1))]
+    return answers
+
+
+@row(CHAPTER, "Outputs that are no multiples of the step, and an end that is none of either: drift of the energy; motion against a run without outputs")
+def uneven(folder):
+    answers = []
+    for name, kind, time in WAYS:
+        end, h = 7.77, 0.01
+        one = folder.dyn(ringing(folder, kind, {"end": end, "step": h, **time}, {"every": 0.0137}, contact=False)).done()
+        two = folder.dyn(ringing(folder, kind, {"end": end, "step": h, **time}, {"every": end}, contact=False)).done()
+        a, b = (ran["instances/a/center_of_mass"][-1] - 0.5 for ran in (one, two))
+        figure, bound, held = below(drift(one), 1e-10)
+        answers.append((name, f"{figure}; {np.abs(a - b).max():.0e}", f"{bound}; 1e-12", held and np.abs(a - b).max() < 1e-12))
+    return answers
+
+
+@row(CHAPTER, "Tiny steps, 1e-9 of the critical one: drift of the energy in 10 000 steps")
+def tiny(folder):
+    answers = []
+    for name, kind, time in WAYS:
+        scene = ringing(folder, kind, {"end": 1e-6, "step": 1e-10, **time}, {"every": 1e-8}, contact=False)
+        for load in scene["loads"]:
+            load["history"] = {"time": [0, 1e-7, 2e-7], "value": [0, 1e7, 0]}
+        answers.append((name, *below(drift(folder.dyn(scene).done(), 3e-7), 1e-7)))
+    return answers
+
+
+@row(CHAPTER, "Decay to nothing (newmark, alpha -1/3, 100 000 steps): denormal numbers in the fields")
+def decay(folder):
+    answers = []
+    for kind in ("superelement", "mesh"):
+        ran = folder.dyn(ringing(folder, kind, {"end": 20000.0, "step": 0.2, "integrator": "newmark", "alpha": -0.3333}, {"every": 1000.0}, contact=False)).done()
+        E = ran["instances/a/kinetic_energy"]
+        tiny = np.finfo(float).tiny
+        count = int(((E > 0) & (E < tiny)).sum())
+        answers.append((kind, *holds(f"{count}, last energy {E[-1]:.0e}", "0", count == 0)))
+    return answers
+
+
+def same_bytes(a, b):
+    found = [{}, {}]
+    for ran, into in zip((a, b), found):
+        with h5py.File(ran) as f:
+            f.visititems(lambda name, item: into.update({name: item[()].tobytes() if item.dtype.kind in "fi" else str(item[()])}) if isinstance(item, h5py.Dataset) else None)
+    return sorted(name for name in found[0].keys() | found[1].keys() if found[0].get(name) != found[1].get(name))
+
+
+def difference(a, b):
+    """Largest difference of a dataset over its largest entry, forces and residuals of contact left out: those are of round-off's size."""
+    worst = 0
+    with h5py.File(a) as f, h5py.File(b) as g:
+        for group in ("instances", "surfaces", "energy"):
+            def compare(name, item):
+                nonlocal worst
+                if isinstance(item, h5py.Dataset) and not name.endswith("force") and "work" not in name:
+                    x, y = item[()], g[group][name][()]
+                    worst = max(worst, np.abs(x - y).max() / max(np.abs(x).max(), 1e-300) if np.abs(x).max() > 1e-9 else 0)
+            f[group].visititems(compare)
+    return worst
+
+
+@row(CHAPTER, "Threads: --threads 1 and 2; byte for byte (datasets that differ) where the full mesh steps explicitly, else to round-off, as BLAS adds in another order")
+def threads(folder):
+    answers = []
+    n = 14 if folder.full else 6
+    part = box((n, n, n), (1, 1.1, 1.25))  # no two frequencies alike
+    for name, kind, time in WAYS:
+        for n in (1, 2):
+            scene = {"materials": {"steel": STEEL}, "components": {"block": {"mesh": folder.mesh(part), "material": "steel", "reduction": reduction(["x_min", "x_max"], 20)}},
+                     "instances": {"a": {"component": "block", "as": kind, "velocity": [0.1, 0, 0]}, "b": {"component": "block", "as": kind, "position": [1.001, 0.1, 0]}},
+                     "contact": PAIR, "time": {"end": 0.3, **time}, "output": {"every": 0.01, "history": ["a.x_max", "b.x_min"]}}
+            ran = folder.dyn(scene, threads=n).done()
+            (folder.path / f"threads{n}.h5").write_bytes(ran.file.read_bytes())
+            (folder.path / "block.cbr.h5").unlink(missing_ok=True)
+        if kind == "superelement" or time["integrator"] == "newmark":
+            answers.append((name, *below(difference(folder.path / "threads1.h5", folder.path / "threads2.h5"), 1e-9)))
+            continue
+        differing = same_bytes(folder.path / "threads1.h5", folder.path / "threads2.h5")
+        answers.append((name, *holds(f"{len(differing)} ({differing[0]}, ...)" if differing else "0", "0", not differing)))
+    return answers
