@@ -224,3 +224,14 @@ def picks(folder):
     a = frequencies(folder.reduce(scene).done())
     b = frequencies(folder.reduce(changed(scene, "components", "block", "reduction", "pick", to="participation"), "--diagonal-limit", 0).done())
     return below(np.abs(a - b).max() / a.max(), 1e-12)
+
+
+@row(CHAPTER, "The smallest components: one tet, one hex, two tets that share a node; rigid motions and the diagonal form, 0 modes")
+def smallest(folder):
+    tet = Part([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [("tet4", "block", [[0, 1, 2, 3]])], {}, {"all": range(4)})
+    two = Part([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [-1, 0, 0], [0, -1, 0], [0, 0, -1]],
+               [("tet4", "block", [[0, 1, 2, 3], [0, 5, 4, 6]])], {}, {"all": range(7)})
+    answers = [(name, *sound(folder.superelement(part, sets, 0).done())) for name, part, sets in (("a tet", tet, ["all"]), ("a hex", box((1, 1, 1)), ["x_min", "x_max"]))]
+    made = folder.superelement(two, ["all"], 0).done()
+    n_zero = int((made["diagonal/omega"] == 0).sum())
+    return answers + [("two tets", *holds(f"{form_error(made):.0e}; {n_zero} zeros; {made.warnings()[0]}", "1e-9; 9, told", n_zero == 9 and made.warned("without stiffness")))]

@@ -159,3 +159,47 @@ def threads(folder):
         differing = same_bytes(folder.path / "threads1.h5", folder.path / "threads2.h5")
         answers.append((name, *holds(f"{len(differing)} ({differing[0]}, ...)" if differing else "0", "0", not differing)))
     return answers
+
+
+@row(CHAPTER, "Held at 1 node, at 2, on a line, and everywhere, under gravity, three integrators: residual of the energy balance; free rotations kept")
+def held(folder):
+    answers = []
+    for kind in ("superelement", "mesh"):
+        for name, nodes in (("1 node", [0]), ("2 nodes", [0, 2]), ("a line", [0, 1, 2]), ("everywhere", range(27))):
+            part = box((2, 2, 2))
+            part.points["held"] = list(nodes)
+            worst, ways = 0, []
+            for integrator in ("exact", "central-difference", "newmark"):
+                modes = 0 if name == "everywhere" else 6
+                scene = {"materials": {"steel": STEEL},
+                         "components": {"block": {"mesh": folder.mesh(part), "material": "steel", "reduction": reduction(["x_min", "x_max", "held"], modes)}},
+                         "instances": {"a": {"component": "block", "as": kind, "rotation": [20.0, 30.0, 40.0]}}, "loads": [{"gravity": [0.3, 0.1, -0.2]}],
+                         "boundary": [{"instance": "a", "nodes": "held", "fix": ["x", "y", "z"]}], "time": {"end": 0.5, "integrator": integrator, "step": 0.005},
+                         "output": {"every": 0.05}}
+                ran = folder.dyn(scene).done()
+                E = ran["energy/total"] - ran["energy/work_external"] - ran["energy/work_numerical"]
+                x = ran["instances/a/center_of_mass"]
+                ways.append(np.abs(x - x[0]).max())
+                worst = max(worst, np.abs(E - E[0]).max() / max(np.abs(ran["energy/total"]).max(), 1e-300) if ways[-1] else 0)
+            free = max(ways) == 0 if name == "everywhere" else min(ways) > 1e-3
+            answers.append((f"{name}, {kind}", *holds(f"{worst:.0e}; way of the centre {min(ways):.0e}", "1e-10; " + ("0" if name == "everywhere" else "above 1e-3"),
+                                                     worst < 1e-10 and free)))
+    return answers
+
+
+@row(CHAPTER, "Odd times: an end below a step, outputs beyond the end, an end of 1e-200, of 1e200, a step of the end")
+def odd_times(folder):
+    answers = []
+    for kind in ("superelement", "mesh"):
+        for name, time, every in (("end below a step", {"end": 1e-5}, 1e-5), ("outputs beyond the end", {"end": 0.1}, 5.0), ("end 1e-200", {"end": 1e-200}, 1e-201),
+                                  ("end 1e200", {"end": 1e200}, 1e199), ("step of the end", {"end": 0.01, "step": 0.01}, 0.0), ("step beyond the end", {"end": 0.01, "step": 0.02}, 0.0)):
+            ran = folder.dyn(ringing(folder, kind, time, {"every": every}, contact=False))
+            if ran.code == 2:
+                answers.append((f"{name}, {kind}", *refused(ran, "time")))
+                continue
+            if ran.code == 1:
+                answers.append((f"{name}, {kind}", *refused(ran, "no longer finite", code=1)))
+                continue
+            t = ran.done()["time"]
+            answers.append((f"{name}, {kind}", *holds(f"{len(t)} outputs, the last at {t[-1]:g}", "the end", t[-1] == time["end"] and (np.diff(t) > 0).all())))
+    return answers
