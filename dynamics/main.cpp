@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "common/flush_denormals.hpp"
 #include "common/program.hpp"
 #include "dynamics/program.hpp"
 
@@ -11,6 +12,7 @@ int main(int argc, char** argv) {
   // Matrices of a step come and go: giving their pages back each time costs more than the step, above all with threads
   mallopt(M_MMAP_THRESHOLD, 1 << 28);
   mallopt(M_TRIM_THRESHOLD, 1 << 30);
+  const cbr::FlushDenormals flush;  // before there are threads
   CLI::App app("Runs a scene of superelements and meshes with contact, and writes the results file.", "cbr-dyn");
   std::string scene, output;
   cbr::BuildOptions build;

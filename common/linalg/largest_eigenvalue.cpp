@@ -21,6 +21,27 @@ Bound largest_ritz_value(const Vector& alpha, const Vector& beta, Index n) {
   return {eigen.eigenvalues()[n - 1], std::abs(beta[n - 1] * eigen.eigenvectors()(n - 1, n - 1))};
 }
 
+// From p and q = M^-1 p: p_i ~ M_ii^1/2, as far as q tells, where masses differ so much that some coordinates (the rotations of a
+// faint shell) would drown the others in round-off.
+void balance(const LinearMap& solve_M, Vector& p, Vector& q) {
+  constexpr double alike = 1e10;
+  double least = HUGE_VAL, most = 0;
+  const auto flexibility = [&](Index i) {
+    const double f = std::abs(q[i] / p[i]);
+    return std::isfinite(f) ? f : 0.0;
+  };
+  for (Index i = 0; i < p.size(); ++i) {
+    const double f = flexibility(i);
+    if (f > 0) least = std::min(least, f), most = std::max(most, f);
+  }
+  if (!(most > alike * least)) return;
+  for (Index i = 0; i < p.size(); ++i) {
+    const double f = flexibility(i);
+    if (f > 0) p[i] /= std::sqrt(f);
+  }
+  solve_M(p, q);
+}
+
 }  // namespace
 
 double largest_eigenvalue(Index n, const LinearMap& multiply_K, const LinearMap& solve_M) {
@@ -33,13 +54,7 @@ double largest_eigenvalue(Index n, const LinearMap& multiply_K, const LinearMap&
   Vector p = Vector::NullaryExpr(n, [&] { return static_cast<double>(random() >> 11) * 0x1p-53 - 0.5; });
   Vector q(n), Kq(n), w(n), q_before = Vector::Zero(n), p_before = q_before;
   solve_M(p, q);
-  // p_i ~ M_ii^1/2, as far as M^-1 p tells: coordinates of very unlike masses (the rotations of a faint shell) then weigh alike in
-  // the start, and none drowns in the round-off of another.
-  for (Index i = 0; i < n; ++i) {
-    const double flexible = std::abs(q[i] / p[i]);
-    if (flexible > 0 && std::isfinite(flexible)) p[i] /= std::sqrt(flexible);
-  }
-  solve_M(p, q);
+  balance(solve_M, p, q);
   Vector alpha = Vector::Zero(steps), beta = Vector::Zero(steps);
   double norm = std::sqrt(std::max(q.dot(p), 0.0));
   if (!(norm > 0)) return 0;
