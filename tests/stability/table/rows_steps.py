@@ -121,7 +121,7 @@ def decay(folder):
             f.visititems(lambda name, item: values.append(item[()].ravel()) if isinstance(item, h5py.Dataset) and item.dtype.kind == "f" else None)
         values = np.abs(np.concatenate(values))
         denormal = int(((values > 0) & (values < np.finfo(float).tiny)).sum())
-        answers.append((kind, *holds(f"{denormal}; kinetic energy {E.max():.0e}, at last {E[-1]:.0e}", "0; above 0, 0", denormal == 0 and E.max() > 0 and E[-1] < 1e-300)))
+        answers.append((kind, *holds(f"{denormal}; kinetic energy {E.max():.0e}, at last {E[-1]:.0e}", "0; above 0, 1e-30", denormal == 0 and E.max() > 0 and E[-1] < 1e-30)))
     return answers
 
 
