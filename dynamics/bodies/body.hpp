@@ -12,6 +12,8 @@
 
 namespace cbr {
 
+class StateArchive;
+
 // What a body answers about itself, all in the scene's axes.
 struct BodyState {
   // angular_momentum: about the scene's origin, of the linearised motion (arms of the undeformed body about its centre of mass).
@@ -102,7 +104,14 @@ class Body {
   // All coordinates and their rates, component axes: modal ones (of the parts one after the other), then x, y, z of the nodes, then
   // what others do not see: what a recovery of interiors starts from.
   virtual void coordinates(Vector& q, Vector& rates) const = 0;
+
+  // Between two steps: all that steps have made of the body, for a checkpoint (common/state_archive.hpp). A body that was built in
+  // the same way and gets this goes on bit for bit as this one.
+  virtual void keep_state(StateArchive& archive) = 0;
 };
+
+void keep_state(StateArchive& archive, BodyState& state);
+void keep_state(StateArchive& archive, BodyWork& work);
 
 // Value of a history at time t: linear between its points, constant outside, 1 when it has none.
 double history_value(const History& history, double t);

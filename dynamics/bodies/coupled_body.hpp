@@ -55,6 +55,7 @@ class CoupledBody final : public Body {
   BodyWork work() const override { return work_; }
   void displacements(Points& u, Points& v) const override;
   void coordinates(Vector& q, Vector& rates) const override;
+  void keep_state(StateArchive& archive) override;
 
  private:
   struct Load {

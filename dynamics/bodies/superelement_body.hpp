@@ -64,6 +64,7 @@ class SuperelementBody final : public Body {
   BodyWork work() const override { return work_; }
   void displacements(Points& u, Points& v) const override;
   void coordinates(Vector& q, Vector& rates) const override;  // q = V eta
+  void keep_state(StateArchive& archive) override;
 
  private:
   struct NodeSet {

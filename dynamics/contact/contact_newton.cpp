@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "common/state_archive.hpp"
 #include "dynamics/contact/kept_factor.hpp"
 
 namespace cbr {
@@ -126,6 +127,16 @@ void ContactNewton::renumber(const std::vector<Index>& from) {
   impl_->matrix.reset();
   impl_->adapted = false;
   impl_->factor.renumber(from);
+}
+
+// A SetMatrix is a function of W and the set, the factor has come about by changes.
+void ContactNewton::keep_state(StateArchive& archive, const ContactProblem& problem) {
+  Impl& of = *impl_;
+  bool has_matrix = of.matrix.has_value();
+  archive(of.held, of.factor, of.adapted, of.kind, of.settled, of.last, of.rows, has_matrix);
+  if (!archive.restores()) return;
+  of.matrix.reset();
+  if (has_matrix) of.matrix.emplace(problem, ContactSet{of.held, Points::Zero(problem.n_points(), 3)}, of.kind);
 }
 
 Index ContactNewton::n_factored() const { return impl_->factor.n_factored(); }

@@ -9,6 +9,8 @@
 
 namespace cbr {
 
+class StateArchive;
+
 struct NewtonResult {
   Vector p, gap;        // the best of all iterates, within the laws' cones
   double residual = 0;  // largest violation of a law, a length
@@ -36,6 +38,8 @@ class ContactNewton {
   NewtonResult solve_standing(const ContactProblem& problem, const Vector& g, double tolerance);
   // W has got other rows: i was from[i] before, with the same entries of W, or is new (-1). The factor is adapted.
   void renumber(const std::vector<Index>& from);
+  // `problem`: that of the last solve.
+  void keep_state(StateArchive& archive, const ContactProblem& problem);
   Index n_factored() const;  // factors of dense symmetric matrices so far that were not adapted ones
 
  private:

@@ -11,6 +11,7 @@
 
 #include "dynamics/contact/block_gauss_seidel.hpp"
 #include "dynamics/contact/contact_newton.hpp"
+#include "dynamics/contact/keep_state.hpp"
 #include "dynamics/contact/projected_gradients.hpp"
 
 namespace cbr {
@@ -89,6 +90,13 @@ class Methods {
     newton_.renumber(rows);
     sweeps_.reset();
     norm_ = 0;
+  }
+
+  // The rest follows from W and the laws, whenever it is asked for.
+  void keep_state(StateArchive& archive) {
+    archive(problem_.W, problem_.laws);
+    if (archive.restores()) problem_ = contact_problem(std::move(problem_.W), std::move(problem_.laws));
+    newton_.keep_state(archive, problem_);
   }
 
   Index n_factored() const { return newton_.n_factored(); }
@@ -251,6 +259,8 @@ double ContactSolver::largest_violation(const Vector& p, const Vector& gap) cons
 void ContactSolver::renumber(GapResponse W, std::vector<PointLaw> laws, const std::vector<Index>& from) {
   impl_->methods.renumber(std::move(W), std::move(laws), from);
 }
+
+void ContactSolver::keep_state(StateArchive& archive) { impl_->methods.keep_state(archive); }
 
 Index ContactSolver::n_factored() const { return impl_->methods.n_factored(); }
 

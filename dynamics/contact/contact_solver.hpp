@@ -10,6 +10,8 @@
 
 namespace cbr {
 
+class StateArchive;
+
 struct ContactSolution {
   // Impulses within the laws' cones. Where W cannot tell several apart (redundant points): the least, each row weighed by the root
   // of its W_ii; with many rows (Krylov methods) the one nearest the guess.
@@ -39,6 +41,7 @@ class ContactSolver {
   double largest_violation(const Vector& p, const Vector& gap) const;
   // Other points: i was point from[i] before, with the same law and entries of W, or is new (-1). What was factored is adapted.
   void renumber(GapResponse W, std::vector<PointLaw> laws, const std::vector<Index>& from);
+  void keep_state(StateArchive& archive);
   Index n_factored() const;  // dense symmetric factors so far that were not adapted from the one before
 
  private:

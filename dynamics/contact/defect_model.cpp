@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/contact/defect_model.hpp"
 
+#include "common/state_archive.hpp"
+
 namespace cbr {
 namespace {
 
@@ -58,6 +60,12 @@ void DefectModel::renumber(const std::vector<Index>& from) {
       if (from[i] >= 0) of->row(static_cast<Index>(i)) = old.row(from[i]);
   }
   orthonormalise();
+}
+
+void DefectModel::keep_state(StateArchive& archive) {
+  archive(n_, newest_, rank_);
+  archive.first_columns(p_, n_), archive.first_columns(defect_, n_);
+  archive.first_columns(Q_, rank_), archive.first_columns(E_, rank_);
 }
 
 }  // namespace cbr

@@ -8,12 +8,15 @@
 
 namespace cbr {
 
+class StateArchive;
+
 // Pairs (p, (W - W_0) p) of some products tell of W - W_0 over their span; of the rest it is taken for 0. The newest pairs count,
 // and what they span already tells nothing new.
 class DefectModel {
  public:
   void add(const Vector& p, const Vector& defect);
   void predict(const Vector& p, Vector& defect);  // (W - W_0) p
+  void keep_state(StateArchive& archive);
   void clear() { n_ = 0; }
   bool empty() const { return n_ == 0; }
   // Row i was row from[i] before, or is new: -1.

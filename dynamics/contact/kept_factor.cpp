@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "common/state_archive.hpp"
 #include "dynamics/contact/dense_panels.hpp"
 
 namespace cbr {
@@ -181,6 +182,11 @@ void KeptFactor::renumber(const std::vector<Index>& from) {
   for (std::size_t i = 0; i < from.size(); ++i)
     if (from[i] >= 0) to[from[i]] = static_cast<Index>(i);
   for (Index& row : row_) row = row >= 0 && row < largest ? to[row] : -1;
+}
+
+void KeptFactor::keep_state(StateArchive& archive) {
+  archive(n_, row_, scale_, removed_, X_, gram_, positions_, pivot_, n_factored_);
+  archive.first_columns(L_, n_);
 }
 
 }  // namespace cbr

@@ -8,6 +8,8 @@
 
 namespace cbr {
 
+class StateArchive;
+
 // W_AA p_A = b over a set A of rows, W scaled to a unit diagonal. The factor L L^T is of a set F; rows of A that are not in F are
 // appended to it, and of those of F that are not in A p is held at 0: with X = L^-1 E_removed, p = L^-T (I - X (X^T X)^-1 X^T) L^-1
 // b.
@@ -22,6 +24,7 @@ class KeptFactor {
   void solve(const Vector& b, Vector& p) const;
   // Row i of the new W was row from[i] of the old one (with the same entries), or is new: -1.
   void renumber(const std::vector<Index>& from);
+  void keep_state(StateArchive& archive);
   void clear();
   bool empty() const { return n_ == 0; }
   Index n_factored() const { return n_factored_; }  // new factors so far

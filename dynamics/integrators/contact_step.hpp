@@ -17,6 +17,10 @@ struct ContactState {
   std::map<Index, ImpulseMemory> settled;     // likewise, of settle_velocities()
   std::vector<Points> impulses_since_output;  // per contact body
   std::vector<Points> normal_since_output;    // likewise, without friction and ties, where nodal pressures are wanted, else empty
+
+  // Together with what the pairs and contact nodes of the simulation keep. Restores a state of start_contact(); the bodies are asked
+  // for their responses anew.
+  void keep_state(StateArchive& archive, Simulation& simulation);
 };
 
 struct ContactOutcome {
@@ -29,6 +33,7 @@ struct ContactOutcome {
 
   void start(const Simulation& simulation);
   void next_step();
+  void keep_state(StateArchive& archive);
 };
 
 // Finds what tied pairs join. InputError: a nodal mass that is not positive; surfaces that are tied and nowhere near each other.

@@ -33,6 +33,7 @@ class PairSchedule {
   bool is_far(Index pair, bool initial, const ContactState& state) const;
   // After the step that ended at `step`.
   void update(Index step, const ContactOutcome& outcome);
+  void keep_state(StateArchive& archive);  // in the place of start()
 
  private:
   enum class Kind : char { timed, always, never };
@@ -44,10 +45,12 @@ class PairSchedule {
     Index busy_at = -1;  // the last step in which it was pushed, or near to be
     Box box;             // where a free body is in the step box_step
     Index box_step = -1;
+    void keep_state(StateArchive& archive);
   };
   struct Entry {
     Index step, pair, stamp;
     bool operator<(const Entry& other) const { return step > other.step; }  // the earliest on top
+    void keep_state(StateArchive& archive);
   };
 
   const TimePlan& plan() const { return sim_.plan; }

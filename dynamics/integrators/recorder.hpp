@@ -16,6 +16,7 @@ class Recorder {
   // resting, per body: has not moved since the last record.
   void record(double t, double interval, const std::vector<char>& resting, ContactState& state, const ContactOutcome& outcome);
   RunResult& result() { return result_; }
+  void keep_state(StateArchive& archive);
 
  private:
   void record_monitors(double interval, ContactState& state);

@@ -111,15 +111,22 @@ struct RunResult {
   WorkCounts work;
   double largest_rotation = 0;     // rad
   Index most_rotated = -1;         // index into bodies
+  std::optional<double> ended_at;  // the time of the step after which the run was ended; none: it has come to its end
 };
 
 struct RunOptions {
   bool jumps = true;                                    // false: every step is taken and every pair looked at (for tests)
   std::function<void(Index step, double t)> on_output;  // after the bodies have arrived there
   std::function<void(double fraction)> on_progress;     // now and then
+  // After each step but the last: whether to end the run there, with what is recorded so far.
+  std::function<bool()> is_to_end;
+  // After each step but the last: whether `on_checkpoint` is to get the state, from which a run goes on bit for bit.
+  std::function<bool(Index step, double t)> is_checkpoint;
+  std::function<void(const StateArchive& state)> on_checkpoint;
+  StateArchive* restart = nullptr;  // to go on from, of the same simulation, built anew
 };
 
-// RunError when the motion stops being finite, by time and instance.
+// RunError when the motion stops being finite, by time and instance. InputError: `restart` is of another simulation.
 RunResult run(Simulation& simulation, const RunOptions& options = {});
 
 }  // namespace cbr

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <algorithm>
 
+#include "common/state_archive.hpp"
 #include "dynamics/integrators/contact_step.hpp"
 #include "dynamics/integrators/pair_schedule.hpp"
 #include "dynamics/integrators/recorder.hpp"
@@ -30,27 +31,18 @@ class TimeLoop {
   }
 
   RunResult run() {
-    schedule_.start();
-    record(0, 0);
-    Index step = 0, recorded = 0;
-    while (step < plan().n_steps()) {
-      Index next = plan().next_output(step);
-      schedule_.due(step, due_);
-      if (!due_.empty() || steps_something()) {
-        advance(step);
-        next = step + 1;
-      } else {
-        outcome_.next_step();
-        next = std::min(next, std::max(schedule_.next(step), step + 1));
-        recorder_.result().jumps += next > step + 1;
-      }
-      step = next;
+    if (options_.restart) {
+      keep_state(*options_.restart);
+    } else {
+      schedule_.start();
+      record();
+    }
+    while (step_ < plan().n_steps()) {
+      go_on();
       const Index taken = ++recorder_.result().steps;
-      if (plan().is_output(step)) {
-        record(step, recorded);
-        recorded = step;
-      }
-      if (taken % 16 == 0) look_up(step);
+      if (plan().is_output(step_)) record();
+      if (taken % 16 == 0 && options_.on_progress) options_.on_progress(plan().time(step_) / plan().end);
+      if (step_ < plan().n_steps() && is_ended_here()) break;
     }
     return std::move(recorder_.result());
   }
@@ -58,8 +50,40 @@ class TimeLoop {
  private:
   const TimePlan& plan() const { return sim_.plan; }
 
-  void look_up(Index step) {
-    if (options_.on_progress) options_.on_progress(plan().time(step) / plan().end);
+  // One step, or a jump over several.
+  void go_on() {
+    schedule_.due(step_, due_);
+    if (!due_.empty() || steps_something()) {
+      advance(step_);
+      ++step_;
+      return;
+    }
+    outcome_.next_step();
+    const Index next = std::min(plan().next_output(step_), std::max(schedule_.next(step_), step_ + 1));
+    recorder_.result().jumps += next > step_ + 1;
+    step_ = next;
+  }
+
+  bool is_ended_here() {
+    const double t = plan().time(step_);
+    const bool ends = options_.is_to_end && options_.is_to_end();
+    if (options_.is_checkpoint && options_.is_checkpoint(step_, t)) {
+      StateArchive state;
+      keep_state(state);
+      options_.on_checkpoint(state);
+    }
+    if (ends) recorder_.result().ended_at = t;
+    return ends;
+  }
+
+  // Between two steps. Nothing is brought up to date for it: a run that is watched goes on as one that is not.
+  void keep_state(StateArchive& archive) {
+    archive.expect(plan().n_steps());
+    archive.expect(static_cast<Index>(sim_.bodies.size()));
+    archive(step_, recorded_, at_, current_, resting_);
+    for (auto& body : sim_.bodies) body->keep_state(archive);
+    state_.keep_state(archive, sim_);
+    archive(outcome_, schedule_, recorder_);
   }
 
   // Whether a body has to be stepped although no pair is due.
@@ -159,11 +183,12 @@ class TimeLoop {
     }
   }
 
-  void record(Index step, Index last) {
-    const double t = plan().time(step), interval = t - plan().time(last);
-    for (Index b = 0; b < static_cast<Index>(sim_.bodies.size()); ++b) bring(b, step);
+  void record() {
+    const double t = plan().time(step_), interval = t - plan().time(recorded_);
+    for (Index b = 0; b < static_cast<Index>(sim_.bodies.size()); ++b) bring(b, step_);
     recorder_.record(t, interval, resting_, state_, outcome_);
-    if (options_.on_output) options_.on_output(step, t);
+    recorded_ = step_;
+    if (options_.on_output) options_.on_output(step_, t);
   }
 
   Simulation& sim_;
@@ -173,6 +198,7 @@ class TimeLoop {
   Recorder recorder_;
   std::vector<char> resting_;  // per body: has not moved, and will not before it is pushed
   PairSchedule schedule_;
+  Index step_ = 0, recorded_ = 0;  // that the run, and the last output, have reached
   std::vector<Index> at_;          // per body: the step it has reached
   std::vector<Index> contact_of_;  // per body: its contact body, or -1
   std::vector<char> current_;      // per contact body: `end` is where it is now

@@ -70,6 +70,7 @@ class Scalable final : public Body {
   BodyWork work() const override { return body_->work(); }
   void displacements(Points& u, Points& v) const override { body_->displacements(u, v); }
   void coordinates(Vector& q, Vector& rates) const override { body_->coordinates(q, rates); }
+  void keep_state(StateArchive& archive) override { body_->keep_state(archive); }
 
  private:
   std::unique_ptr<Body> body_;
