@@ -19,6 +19,8 @@ namespace cbr {
 class Hdf5Writer {
  public:
   explicit Hdf5Writer(const std::filesystem::path& file);
+  // Goes on with a copy of `from`, that save_copy() of a writer has made. InputError when it is none.
+  Hdf5Writer(const std::filesystem::path& file, const std::filesystem::path& from);
   ~Hdf5Writer();
   Hdf5Writer(const Hdf5Writer&) = delete;
   Hdf5Writer& operator=(const Hdf5Writer&) = delete;
@@ -36,6 +38,9 @@ class Hdf5Writer {
   void attribute(const std::string& object, const std::string& name, const std::string& value);
   void attribute(const std::string& object, const std::string& name, Index value);
   void attribute(const std::string& object, const std::string& name, double value);
+  bool remove(const std::string& object);  // false: is not there
+  // A whole file of what has been written so far; this one goes on.
+  void save_copy(const std::filesystem::path& target);
   void commit();
 
  private:

@@ -43,10 +43,21 @@ struct Hdf5Writer::Impl {
 
   explicit Impl(const fs::path& target) : temporary(target) {
     hdf5::silence();
-    Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
-    H5Pset_libver_bounds(access, H5F_LIBVER_V18, H5F_LIBVER_V18);
-    file = Handle(H5Fcreate(temporary.path().c_str(), H5F_ACC_TRUNC, timeless(H5P_FILE_CREATE), access), H5Fclose);
+    file = Handle(H5Fcreate(temporary.path().c_str(), H5F_ACC_TRUNC, timeless(H5P_FILE_CREATE), access()), H5Fclose);
     if (!file.ok()) fail("", "cannot be created");
+  }
+
+  Impl(const fs::path& target, const fs::path& from) : temporary(target) {
+    hdf5::silence();
+    temporary.fill_with(from);
+    file = Handle(H5Fopen(temporary.path().c_str(), H5F_ACC_RDWR, access()), H5Fclose);
+    if (!file.ok()) throw InputError(from.string() + ": is no HDF5 file, or is damaged");
+  }
+
+  static Handle access() {
+    Handle properties(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+    H5Pset_libver_bounds(properties, H5F_LIBVER_V18, H5F_LIBVER_V18);
+    return properties;
   }
 
   ~Impl() {
@@ -115,6 +126,7 @@ struct Hdf5Writer::Impl {
 };
 
 Hdf5Writer::Hdf5Writer(const fs::path& file) : impl_(std::make_unique<Impl>(file)) {}
+Hdf5Writer::Hdf5Writer(const fs::path& file, const fs::path& from) : impl_(std::make_unique<Impl>(file, from)) {}
 Hdf5Writer::~Hdf5Writer() = default;
 
 void Hdf5Writer::write(const std::string& dataset, double value) {
@@ -174,6 +186,18 @@ void Hdf5Writer::attribute(const std::string& object, const std::string& name, I
 
 void Hdf5Writer::attribute(const std::string& object, const std::string& name, double value) {
   impl_->write_attribute(object, name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, &value);
+}
+
+bool Hdf5Writer::remove(const std::string& object) {
+  if (H5Lexists(impl_->file, object.c_str(), H5P_DEFAULT) <= 0) return false;
+  impl_->require(H5Ldelete(impl_->file, object.c_str(), H5P_DEFAULT) >= 0, object);
+  return true;
+}
+
+void Hdf5Writer::save_copy(const fs::path& target) {
+  errno = 0;
+  impl_->require(H5Fflush(impl_->file, H5F_SCOPE_GLOBAL) >= 0, "");
+  write_copy(impl_->temporary.path(), target);
 }
 
 void Hdf5Writer::commit() {

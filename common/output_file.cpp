@@ -2,12 +2,17 @@
 #include "common/output_file.hpp"
 
 #include <fcntl.h>
+#include <signal.h>
 #include <unistd.h>
 
 #include <array>
 #include <atomic>
 #include <cerrno>
+#include <charconv>
+#include <cstdint>
 #include <cstring>
+#include <mutex>
+#include <set>
 #include <string>
 
 #include "common/error.hpp"
@@ -67,13 +72,54 @@ void sync_folder(const fs::path& folder) {
   ::close(descriptor);
 }
 
+// Of this machine and what it numbers its processes in (a container has numbers of its own): elsewhere ours mean nothing.
+std::string place_of_processes() {
+  char text[256] = {};
+  ::gethostname(text, sizeof text - 1);
+  std::string place = text;
+  const auto length = ::readlink("/proc/self/ns/pid", text, sizeof text - 1);
+  if (length > 0) place.append(text, static_cast<std::size_t>(length));
+  std::uint32_t hash = 2166136261u;  // FNV-1a
+  for (const unsigned char c : place) hash = (hash ^ c) * 16777619u;
+  constexpr const char* digits = "0123456789abcdef";
+  std::string name;
+  for (int shift = 28; shift >= 0; shift -= 4) name += digits[hash >> shift & 15u];
+  return name;
+}
+
+const std::string& name_prefix() {
+  static const std::string prefix = ".cbr-" + place_of_processes() + "-";
+  return prefix;
+}
+
+// A process that was killed outright has left its temporary file; once it is gone, nobody will rename it.
+bool is_left_behind(const std::string& name) {
+  const std::string& prefix = name_prefix();
+  if (!name.starts_with(prefix) || !name.ends_with(".tmp")) return false;
+  int process = 0;
+  const auto [end, error] = std::from_chars(name.data() + prefix.size(), name.data() + name.size(), process);
+  return error == std::errc() && *end == '-' && process > 0 && ::kill(process, 0) != 0 && errno == ESRCH;
+}
+
+// Once for each folder that the process writes to.
+void remove_left_behind(const fs::path& folder) {
+  static std::mutex lock;
+  static std::set<fs::path> done;
+  const std::scoped_lock guard(lock);
+  if (!done.insert(folder).second) return;
+  std::error_code error;
+  for (fs::directory_iterator it(folder.empty() ? "." : folder, error), end; !error && it != end; it.increment(error))
+    if (is_left_behind(it->path().filename().string())) ::unlink(it->path().c_str());
+}
+
 }  // namespace
 
 TemporaryFile::TemporaryFile(const fs::path& target) : target_(resolved_target(target)) {
   static std::atomic<unsigned> counter{0};
+  remove_left_behind(target_.parent_path());
   for (;;) {
     // A short name of its own: the target's name may already be as long as names can be.
-    path_ = target_.parent_path() / (".cbr-" + std::to_string(::getpid()) + "-" + std::to_string(counter++) + ".tmp");
+    path_ = target_.parent_path() / (name_prefix() + std::to_string(::getpid()) + "-" + std::to_string(counter++) + ".tmp");
     const int descriptor = ::open(path_.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0666);
     if (descriptor >= 0) {
       ::close(descriptor);
@@ -101,6 +147,18 @@ void TemporaryFile::commit() {
   }
   committed_ = true;
   sync_folder(target_.parent_path());
+}
+
+void TemporaryFile::fill_with(const fs::path& from) {
+  std::error_code error;
+  fs::copy_file(from, path_, fs::copy_options::overwrite_existing, error);
+  if (error) throw RunError(target_.string() + ": cannot be written: " + error.message());
+}
+
+void write_copy(const fs::path& from, const fs::path& target) {
+  TemporaryFile file(target);
+  file.fill_with(from);
+  file.commit();
 }
 
 void remove_temporary_files() noexcept {

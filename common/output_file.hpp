@@ -8,7 +8,7 @@ namespace cbr {
 
 // An empty file of a name of its own beside `target`, to be filled by whatever library writes it. commit() puts it in the
 // target's place in one step; without commit() it is gone when this goes out of scope, and when a signal ends a program
-// that went through run_program().
+// that went through run_program(). What a process that was killed outright left in the folder is removed.
 class TemporaryFile {
  public:
   // InputError: the target's folder is missing, or the target is there and is no regular file. RunError: the system refuses.
@@ -21,12 +21,16 @@ class TemporaryFile {
   const std::filesystem::path& target() const { return target_; }  // symbolic links followed
   // To the disk, then renamed. Whoever wrote path() has closed it. RunError names the target.
   void commit();
+  void fill_with(const std::filesystem::path& from);  // a copy of that file. RunError names the target.
 
  private:
   std::filesystem::path target_, path_;
   int slot_ = -1;  // in the list that remove_temporary_files() goes through
   bool committed_ = false;
 };
+
+// A copy of `from` in the target's place, whole or not at all. RunError names the target.
+void write_copy(const std::filesystem::path& from, const std::filesystem::path& target);
 
 // Unlinks every TemporaryFile alive. Safe inside a signal handler; for the end of the process only.
 void remove_temporary_files() noexcept;

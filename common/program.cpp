@@ -40,11 +40,27 @@ std::atomic<int>& bound() {
   return n;
 }
 
+const char* signal_name(int number) {
+  return number == SIGINT ? "SIGINT" : number == SIGTERM ? "SIGTERM" : number == SIGHUP ? "SIGHUP" : "a signal";
+}
+
+// What a handler may look at.
+volatile std::sig_atomic_t is_noting = 0, noted = 0;
+char name_for_handler[64] = "cbr";
+
+void write_from_handler(const char* text) { [[maybe_unused]] const auto written = ::write(STDERR_FILENO, text, std::strlen(text)); }
+
 extern "C" void end_by_signal(int number) {
+  if (is_noting && noted == 0) {
+    noted = number;
+    return;
+  }
   remove_temporary_files();
-  // As if it had not been caught, so that a shell or make sees what ended the program.
-  std::signal(number, SIG_DFL);
-  std::raise(number);
+  write_from_handler(name_for_handler);
+  write_from_handler(": error: ended by ");
+  write_from_handler(signal_name(number));
+  write_from_handler(", what was not whole is removed\n");
+  ::_exit(1);
 }
 
 extern "C" void end_quietly(int) {
@@ -158,6 +174,7 @@ int n_threads() { return bound(); }
 
 int run_program(CLI::App& app, int argc, char** argv, const std::function<void()>& body) {
   const std::string program = program_name(app, argc, argv);
+  name_for_handler[program.copy(name_for_handler, sizeof name_for_handler - 1)] = '\0';
   install_handlers();
   try {
     app.parse(argc, argv);
@@ -168,6 +185,14 @@ int run_program(CLI::App& app, int argc, char** argv, const std::function<void()
   }
   return finish(program, run_body(program, body));
 }
+
+NotedSignals::NotedSignals() {
+  noted = 0;
+  is_noting = 1;
+}
+NotedSignals::~NotedSignals() { is_noting = 0; }
+bool NotedSignals::any() const { return noted != 0; }
+std::string NotedSignals::name() const { return signal_name(noted); }
 
 std::ostream* filter_output() { return ::isatty(STDOUT_FILENO) == 1 ? nullptr : &std::cout; }
 

@@ -30,6 +30,18 @@ int n_threads();
 // Parses, runs `body`, maps the outcome to the exit code: 0 done, 1 RunError or an unexpected exception, 2 InputError or usage.
 int run_program(CLI::App& app, int argc, char** argv, const std::function<void()>& body);
 
+// While one is there, the first SIGINT, SIGTERM or SIGHUP is noted only, for a loop that then ends by itself; a second one ends the
+// program as they do else: nothing half-written is left, exit code 1. One at a time.
+class NotedSignals {
+ public:
+  NotedSignals();
+  ~NotedSignals();
+  NotedSignals(const NotedSignals&) = delete;
+  NotedSignals& operator=(const NotedSignals&) = delete;
+  bool any() const;
+  std::string name() const;  // "SIGTERM"
+};
+
 // Where a filter hands its scene on: stdout, or null when that is a terminal.
 std::ostream* filter_output();
 

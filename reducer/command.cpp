@@ -10,6 +10,7 @@
 #include "common/output_file.hpp"
 #include "common/program.hpp"
 #include "common/scene_words.hpp"
+#include "common/unchanged_files.hpp"
 #include "reducer/decomposition.hpp"
 #include "reducer/diagonal_form.hpp"
 #include "reducer/domains.hpp"
@@ -123,6 +124,8 @@ class Reducer {
     refuse_to_overwrite(scene, command_.input, reduction.superelement);
     settings_.memory = command_.memory;
     settings_.diagonal_limit = diagonal_limit(command_, reduction);
+    UnchangedFiles inputs;
+    inputs.add(component.mesh);
     const std::string hash = content_hash(scene, component);
     if (!command_.force && is_up_to_date(reduction, hash, settings_.diagonal_limit)) {
       report_.line(component.name + ": " + reduction.superelement.string() + " is up to date: nothing to do");
@@ -130,16 +133,16 @@ class Reducer {
     }
     const auto [twin, is_new] = done_.emplace(hash, reduction.superelement);
     if (!is_new) {
-      copy(twin->second, reduction.superelement);
+      write_copy(twin->second, reduction.superelement);
       report_.line(component.name + ": the same as " + twin->second.string() + ", copied to " + reduction.superelement.string());
       return;
     }
     report_.line("reducing " + component.name + " (" + component.mesh.filename().string() + ")");
-    make(scene, component, hash);
+    make(scene, component, hash, inputs);
   }
 
  private:
-  void make(const Scene& scene, const Component& component, const std::string& hash) {
+  void make(const Scene& scene, const Component& component, const std::string& hash, const UnchangedFiles& inputs) {
     Mesh mesh;
     {
       const auto phase = report_.phase("reading the mesh");
@@ -147,6 +150,7 @@ class Reducer {
     }
     const std::vector<BlockProperties> properties = block_properties(scene, component, mesh);
     const auto p = provenance(component, properties, mesh);
+    inputs.check();
     if (component.reduction->is_decomposed()) {
       make_group(mesh, properties, component, hash, p);
     } else {
@@ -203,14 +207,6 @@ class Reducer {
       write_superelement(s, component.reduction->superelement);
     }
     summarise(s, figures, component.reduction->superelement, report_);
-  }
-
-  static void copy(const std::filesystem::path& from, const std::filesystem::path& to) {
-    TemporaryFile file(to);
-    std::error_code error;
-    std::filesystem::copy_file(from, file.path(), std::filesystem::copy_options::overwrite_existing, error);
-    if (error) throw RunError(to.string() + ": cannot be written: " + error.message());
-    file.commit();
   }
 
   Report& report_;

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Writes MSH 4.1 as text. With as many digits as give the same doubles back (libgmsh prints 16).
 #include <algorithm>
+#include <cerrno>
 #include <charconv>
+#include <cstring>
 #include <fstream>
 #include <map>
 
@@ -243,6 +245,7 @@ void write_gmsh(const Mesh& mesh, const std::filesystem::path& file, const std::
   if (model.entities.empty() || mesh.node_ids.empty()) throw InputError(where + ": a mesh without elements cannot be written");
   if (*std::min_element(mesh.node_ids.begin(), mesh.node_ids.end()) < 1)
     throw InputError(where + ": a .msh file needs node ids from 1");
+  errno = 0;  // of the first write that fails: none follows it
   Text out(file);
   out << "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n" << model.physical.size() << "\n";
   for (const auto& p : model.physical) out << p.dimension << " " << p.tag << " \"" << p.name << "\"\n";
@@ -250,7 +253,7 @@ void write_gmsh(const Mesh& mesh, const std::filesystem::path& file, const std::
   write_entities(mesh, model, out);
   write_nodes(mesh, model, out);
   write_elements(model, out);
-  if (!out.finish()) throw RunError(where + ": could not be written: disk full, or no such folder");
+  if (!out.finish()) throw RunError(where + ": cannot be written" + (errno != 0 ? ": " + std::string(std::strerror(errno)) : ""));
 }
 
 }  // namespace cbr

@@ -98,9 +98,40 @@ TEST(ProgramDeathTest, signalsLeaveNoTemporaryFile) {
         std::raise(number);
       });
     };
-    EXPECT_EXIT(interrupted(), KilledBySignal(number), "");
+    EXPECT_EXIT(interrupted(), ExitedWithCode(1), "error: ended by SIG");
     EXPECT_EQ(folder.n_entries(), 0u);
   }
+}
+
+TEST(ProgramDeathTest, theFirstOfTheNotedSignalsIsTheLoopsToHeed) {
+  const test::TemporaryFolder folder;
+  const auto heeded = [&] {
+    run({}, [&] {
+      const TemporaryFile file(folder / "a.h5");
+      const NotedSignals signals;
+      if (signals.any()) throw InputError("too early");
+      std::raise(SIGTERM);
+      throw RunError(signals.any() ? "noted " + signals.name() : "not noted");
+    });
+  };
+  EXPECT_EXIT(heeded(), ExitedWithCode(1), "noted SIGTERM");
+  const auto twice = [&] {
+    run({}, [&] {
+      const TemporaryFile file(folder / "a.h5");
+      const NotedSignals signals;
+      std::raise(SIGTERM);
+      std::raise(SIGINT);
+    });
+  };
+  EXPECT_EXIT(twice(), ExitedWithCode(1), "error: ended by SIGINT");
+  const auto after = [&] {
+    run({}, [&] {
+      { const NotedSignals signals; }
+      std::raise(SIGHUP);
+    });
+  };
+  EXPECT_EXIT(after(), ExitedWithCode(1), "error: ended by SIGHUP");
+  EXPECT_EQ(folder.n_entries(), 0u);
 }
 
 TEST(TemporaryFile, appearsWhenWhole) {
