@@ -86,11 +86,13 @@ std::string file_hash(const std::filesystem::path& file) {
   return hexadecimal(XXH3_128bits_digest(state.get()));
 }
 
+std::string bytes_hash(std::string_view bytes) { return hexadecimal(XXH3_128bits(bytes.data(), bytes.size())); }
+
 std::string content_hash(const Scene& scene, const Component& component) {
   std::string text = "cbr content hash " + std::to_string(scheme) + "\nmesh " + file_hash(component.mesh) + "\n";
   text += component_text(scene, component);
   if (component.reduction) text += reduction_text(*component.reduction);
-  return hexadecimal(XXH3_128bits(text.data(), text.size()));
+  return bytes_hash(text);
 }
 
 }  // namespace cbr

@@ -8,6 +8,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "common/assembly.hpp"
@@ -148,10 +149,21 @@ struct TimeOptions {
   SourceLine source;
 };
 
+// From what a run that was interrupted goes on.
+struct CheckpointOptions {
+  // When: exactly one is given
+  std::optional<double> every;  // seconds of the scene's time
+  std::optional<Index> every_steps;
+  std::optional<double> every_minutes;  // of the clock
+  std::filesystem::path file;           // absolute; empty: beside the results
+  SourceLine source;
+};
+
 struct OutputOptions {
   double every = 0;  // 0: every step
   std::vector<SurfaceName> history;
   std::vector<std::string> fields;  // displacement | velocity | stress | contact_pressure
+  std::optional<CheckpointOptions> checkpoint;
   SourceLine source;
 };
 
@@ -188,6 +200,7 @@ void check_basis(const std::string& basis, const std::string& where);
 
 // XXH3 (128 bit, hex) of a file's bytes. InputError when it cannot be read.
 std::string file_hash(const std::filesystem::path& file);
+std::string bytes_hash(std::string_view bytes);  // the same of what is in memory
 
 // Hash (hex) of all that a component's superelement depends on: the mesh file's bytes, materials, elements, mass, reduction
 // options; no paths, no times. InputError when the mesh cannot be read.

@@ -29,6 +29,6 @@ void parse_loads(const SceneNode& node, Scene& scene);
 void parse_walls(const SceneNode& node, Scene& scene);
 void parse_contact(const SceneNode& node, Scene& scene);
 void parse_time(const SceneNode& node, Scene& scene);
-void parse_output(const SceneNode& node, Scene& scene);
+void parse_output(const SceneNode& node, const std::filesystem::path& folder, Scene& scene);
 
 }  // namespace cbr

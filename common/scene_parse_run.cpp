@@ -66,6 +66,18 @@ void parse_step(const SceneNode& node, TimeOptions& time) {
   }
 }
 
+CheckpointOptions parse_checkpoint(const SceneNode& node, const std::filesystem::path& folder) {
+  const SceneMap map = node.map({"every", "every_steps", "every_minutes", "file"});
+  CheckpointOptions checkpoint;
+  checkpoint.source = node.source();
+  const std::string when = map.exactly_one({"every", "every_steps", "every_minutes"});
+  if (when == "every") checkpoint.every = map.at(when).positive();
+  if (when == "every_steps") checkpoint.every_steps = map.at(when).index(1);
+  if (when == "every_minutes") checkpoint.every_minutes = map.at(when).positive();
+  if (const auto* file = map.find("file")) checkpoint.file = resolve_path(*file, folder);
+  return checkpoint;
+}
+
 }  // namespace
 
 std::string parse_instance_name(const SceneNode& node, const std::string& name, const Scene& scene) {
@@ -131,8 +143,8 @@ void parse_time(const SceneNode& node, Scene& scene) {
   scene.time = time;
 }
 
-void parse_output(const SceneNode& node, Scene& scene) {
-  const SceneMap map = node.map({"every", "history", "fields"});
+void parse_output(const SceneNode& node, const std::filesystem::path& folder, Scene& scene) {
+  const SceneMap map = node.map({"every", "history", "fields", "checkpoint"});
   scene.output.source = node.source();
   if (const auto* every = map.find("every")) scene.output.every = every->not_negative();
   if (const auto* history = map.find("history")) {
@@ -151,6 +163,7 @@ void parse_output(const SceneNode& node, Scene& scene) {
     }
     fields->names();  // none twice
   }
+  if (const auto* checkpoint = map.find("checkpoint")) scene.output.checkpoint = parse_checkpoint(*checkpoint, folder);
 }
 
 }  // namespace cbr

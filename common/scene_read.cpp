@@ -81,7 +81,7 @@ void parse_sections(const SceneMap& map, const fs::path& folder, Scene& scene) {
   if (const auto* node = map.find("walls")) parse_walls(*node, scene);
   if (const auto* node = map.find("contact")) parse_contact(*node, scene);
   if (const auto* node = map.find("time")) parse_time(*node, scene);
-  if (const auto* node = map.find("output")) parse_output(*node, scene);
+  if (const auto* node = map.find("output")) parse_output(*node, folder, scene);
 }
 
 }  // namespace

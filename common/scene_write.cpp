@@ -172,6 +172,15 @@ std::string time_text(const TimeOptions& time) {
   return map.add_if(time.force_step, "force", "true").text();
 }
 
+std::string checkpoint_text(const CheckpointOptions& checkpoint) {
+  FlowMap map;
+  if (checkpoint.every) map.add("every", number_text(*checkpoint.every));
+  if (checkpoint.every_steps) map.add("every_steps", std::to_string(*checkpoint.every_steps));
+  if (checkpoint.every_minutes) map.add("every_minutes", number_text(*checkpoint.every_minutes));
+  if (!checkpoint.file.empty()) map.add("file", path(checkpoint.file));
+  return map.text();
+}
+
 template <typename Item, typename Text>
 void write_list(const std::string& section, const std::vector<Item>& items, const Text& text, std::ostream& out) {
   if (!items.empty()) out << section << ":\n";
@@ -202,6 +211,7 @@ void write_scene(const Scene& scene, std::ostream& out) {
   for (const auto& surface : scene.output.history) history.push_back(surface.text());
   FlowMap output;
   output.add("every", number_text(scene.output.every)).add("history", words(history)).add("fields", words(scene.output.fields));
+  if (scene.output.checkpoint) output.add("checkpoint", checkpoint_text(*scene.output.checkpoint));
   out << "output: " << output.text() << "\n";
 }
 

@@ -36,6 +36,10 @@ Index StateArchive::size(Index n, std::size_t bytes_each) {
   return n;
 }
 
+void StateArchive::finish() const {
+  if (next_ != words_.size()) refuse(name_);
+}
+
 void StateArchive::expect(Index value) {
   Index kept = value;
   bytes(&kept, sizeof kept);
@@ -69,7 +73,8 @@ void StateArchive::one(SparseMatrix& matrix) {
   if (!restores_) return;
   matrix = SparseMatrix();
   if (outer.empty()) return;
-  if (static_cast<Index>(outer.size()) != columns + 1 || inner.size() != values.size() || outer.back() != static_cast<Index>(inner.size()))
+  if (static_cast<Index>(outer.size()) != columns + 1 || inner.size() != values.size() ||
+      outer.back() != static_cast<Index>(inner.size()))
     refuse(name_);
   matrix = Eigen::Map<const SparseMatrix>(rows, columns, outer.back(), outer.data(), inner.data(), values.data());
 }

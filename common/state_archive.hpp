@@ -23,7 +23,7 @@ class StateArchive {
 
   bool restores() const { return restores_; }
   const std::vector<Index>& words() const { return words_; }
-  bool at_end() const { return next_ == words_.size(); }  // restoring: nothing is left
+  void finish() const;  // restoring: InputError when words are left
 
   template <typename... T>
   void operator()(T&... values) {

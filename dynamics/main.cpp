@@ -6,6 +6,7 @@
 
 #include "common/flush_denormals.hpp"
 #include "common/program.hpp"
+#include "dynamics/output/checkpoint.hpp"
 #include "dynamics/program.hpp"
 
 int main(int argc, char** argv) {
@@ -14,7 +15,7 @@ int main(int argc, char** argv) {
   mallopt(M_TRIM_THRESHOLD, 1 << 30);
   const cbr::FlushDenormals flush;  // before there are threads
   CLI::App app("Runs a scene of superelements and meshes with contact, and writes the results file.", "cbr-dyn");
-  std::string scene, output;
+  std::string scene, output, restart;
   cbr::BuildOptions build;
   cbr::CommonOptions common;
   app.add_option("SCENE", scene, "scene file (YAML); - reads standard input")->required();
@@ -23,11 +24,12 @@ int main(int argc, char** argv) {
       "--diagonal-limit", build.diagonal_limit,
       "central-difference, newmark: superelements up to this many coordinates move in their diagonal form (default: those "
       "whose file has it, and up to 1500)");
+  app.add_option("--restart", restart, "go on from this checkpoint of the same scene (output.checkpoint)")->type_name("FILE");
   cbr::add_common_options(app, common);
   return cbr::run_program(app, argc, argv, [&] {
-    cbr::set_threads(common.threads);
+    cbr::set_threads(common.threads == 0 && !restart.empty() ? cbr::threads_of_checkpoint(restart) : common.threads);
     cbr::Report report("cbr-dyn", common.verbosity(), common.timings);
-    cbr::run_scene(scene, output, report, build);
+    cbr::run_scene(scene, output, report, build, restart);
     report.write_timings();
   });
 }

@@ -3,10 +3,15 @@
 
 #include <memory>
 #include <optional>
+#include <sstream>
 
 #include "common/error.hpp"
 #include "common/output_file.hpp"
+#include "common/program.hpp"
 #include "common/scene.hpp"
+#include "common/state_archive.hpp"
+#include "common/unchanged_files.hpp"
+#include "dynamics/output/checkpoint.hpp"
 #include "dynamics/output/fields.hpp"
 #include "dynamics/output/results.hpp"
 #include "dynamics/setup/build.hpp"
@@ -15,13 +20,14 @@ namespace cbr {
 namespace {
 
 // InputError when the results cannot be written where they are to go: found before the run and not after it.
-void check_target(const Scene& scene, const std::filesystem::path& results) {
+void check_target(const Scene& scene, const std::filesystem::path& results, const std::filesystem::path& restart) {
   const auto refuse = [&](const std::filesystem::path& input, const std::string& what) {
     std::error_code missing;
     if (std::filesystem::equivalent(input, results, missing))
       throw InputError(results.string() + ": the results would replace " + what + ": give --output another name");
   };
   if (scene.file != "-") refuse(scene.file, "the scene");
+  if (!restart.empty()) refuse(restart, "the checkpoint");
   for (const auto& [name, component] : scene.components) {
     refuse(component.mesh, "the mesh of component '" + name + "'");
     if (component.reduction) refuse(component.reduction->superelement, "the superelement of component '" + name + "'");
@@ -45,39 +51,128 @@ void count_work(const Simulation& simulation, const RunResult& result, Report& r
   report.count("outputs", static_cast<double>(result.time.size()));
 }
 
+UnchangedFiles inputs_of(const Scene& scene) {
+  UnchangedFiles inputs;
+  for (const Instance& instance : scene.instances) {
+    const Component& component = component_of(scene, instance);
+    inputs.add(component.mesh);
+    if (instance.as == InstanceKind::superelement && component.reduction) inputs.add(component.reduction->superelement);
+  }
+  return inputs;
+}
+
+// One run, from a scene that is built to its files.
+class Run {
+ public:
+  Run(const Scene& scene, BuiltScene& built, const std::filesystem::path& results, Report& report)
+      : scene_(scene), built_(built), results_(results), report_(report) {}
+
+  // Checkpoints to write, one to go on from, or both. `hash`: run_hash().
+  void use_checkpoints(const std::string& hash, const std::filesystem::path& restart) {
+    hash_ = hash;
+    if (scene_.output.checkpoint) {
+      file_ = checkpoint_file(*scene_.output.checkpoint, results_);
+      const TemporaryFile probe(file_);
+      clock_.emplace(*scene_.output.checkpoint);
+    }
+    if (restart.empty()) return;
+    Checkpoint from = read_checkpoint(restart, hash);
+    std::ostringstream line;
+    line << "going on from step " << from.step << ", t = " << from.time << " s (" << restart.string() << ")";
+    report_.line(line.str());
+    if (from.threads != n_threads()) {
+      report_.warning(restart.string() + ": the run was begun with " + std::to_string(from.threads) + " threads and goes on with " +
+                      std::to_string(n_threads()) + ": last digits will differ; without --threads it takes as many as it had");
+    }
+    if (clock_) clock_->start_at(from.step, from.time);
+    saved_fields_ = {fields_of_checkpoint(restart), std::move(from.field_times)};
+    state_.emplace(std::move(from.state), restart.string());
+  }
+
+  RunResult run() {
+    RunOptions options;
+    options.on_progress = [this](double fraction) { report_.progress("stepping", fraction); };
+    if (!scene_.output.fields.empty()) {
+      fields_ = std::make_unique<FieldWriter>(scene_, built_, results_, report_, hash_, saved_fields_);
+      options.on_output = [this](Index, double t) { fields_->add(t); };  // counted with the steps
+    }
+    options.is_to_end = [this] { return signals_.any(); };
+    if (clock_) {
+      // One that a signal ends can go on from where it was
+      options.is_checkpoint = [this](Index step, double t) { return clock_->is_due(step, t) || signals_.any(); };
+      options.on_checkpoint = [this](Index step, double t, const StateArchive& state) { save(step, t, state); };
+    }
+    if (state_) options.restart = &*state_;
+    const auto phase = report_.phase("steps");
+    RunResult result = cbr::run(built_.simulation, options);
+    report_.end_progress();
+    return result;
+  }
+
+  void write(const RunResult& result) {
+    const auto phase = report_.phase("write");
+    write_results(results_, built_.simulation, result, report_);
+    if (fields_) fields_->commit();
+  }
+
+  void finish(const RunResult& result) {
+    const std::string fields = fields_ ? ", fields: " + fields_->file().string() : "";
+    report_.line("results: " + results_.string() + fields);
+    report_.timings();
+    if (!result.ended_at) return;
+    std::ostringstream text;
+    text << results_.string() << ": ended by " << signals_.name() << " at t = " << *result.ended_at << " s of "
+         << built_.simulation.plan.end << " s: holds the outputs up to there";
+    if (clock_) text << ", --restart " << file_.string() << " goes on";
+    throw RunError(text.str());
+  }
+
+ private:
+  void save(Index step, double t, const StateArchive& state) {
+    // Fields first: with the checkpoint of before they are some too many, with this one they must not be too few
+    if (fields_) fields_->save(fields_of_checkpoint(file_));
+    write_checkpoint(file_, hash_, {step, t, state.words(), fields_ ? fields_->times() : std::vector<double>(), n_threads()});
+    report_.detail("checkpoint at t = " + std::to_string(t) + " s: " + file_.string());
+  }
+
+  const Scene& scene_;
+  BuiltScene& built_;
+  const std::filesystem::path results_;
+  Report& report_;
+  const NotedSignals signals_;
+  std::string hash_;
+  std::filesystem::path file_;
+  std::optional<CheckpointClock> clock_;
+  std::optional<StateArchive> state_;
+  std::optional<FieldWriter::Saved> saved_fields_;
+  std::unique_ptr<FieldWriter> fields_;
+};
+
 }  // namespace
 
 void run_scene(const std::string& scene_or_dash, const std::filesystem::path& results, Report& report,
-               const BuildOptions& build_options) {
+               const BuildOptions& build_options, const std::filesystem::path& restart) {
   std::optional<Scene> scene;
   {
     const auto phase = report.phase("read");
     scene = read_scene(scene_or_dash);
   }
-  check_target(*scene, results);
+  check_target(*scene, results, restart);
+  const UnchangedFiles inputs = inputs_of(*scene);
   BuiltScene built = build(*scene, report, build_options);
-  RunOptions options;
-  options.on_progress = [&](double fraction) { report.progress("stepping", fraction); };
-  std::unique_ptr<FieldWriter> fields;
-  if (!scene->output.fields.empty()) {
-    fields = std::make_unique<FieldWriter>(*scene, built, results, report);
-    options.on_output = [&](Index, double t) { fields->add(t); };  // counted with the steps
+  std::string hash;
+  if (scene->output.checkpoint || !restart.empty()) {
+    const auto phase = report.phase("read");
+    hash = run_hash(*scene, build_options);
   }
-  RunResult result;
-  {
-    const auto phase = report.phase("steps");
-    result = run(built.simulation, options);
-  }
-  report.end_progress();
-  {
-    const auto phase = report.phase("write");
-    write_results(results, built.simulation, result, report);
-    if (fields) fields->commit();
-  }
+  inputs.check();
+  Run run(*scene, built, results, report);
+  if (!hash.empty()) run.use_checkpoints(hash, restart);
+  const RunResult result = run.run();
+  run.write(result);
   count_work(built.simulation, result, report);
   summarise(built, result, report);
-  report.line("results: " + results.string() + (fields ? ", fields: " + fields->file().string() : ""));
-  report.timings();
+  run.finish(result);
 }
 
 }  // namespace cbr

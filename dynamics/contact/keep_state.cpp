@@ -20,9 +20,7 @@ void keep_state(StateArchive& archive, ContactList& list) { archive(list.points,
 
 void keep_state(StateArchive& archive, PointLaw& law) { archive(law.law, law.friction); }
 
-void keep_state(StateArchive& archive, PointKey& key) {
-  archive(key.slave, key.master, key.slot, key.node, key.ordinal, key.law);
-}
+void keep_state(StateArchive& archive, PointKey& key) { archive(key.slave, key.master, key.slot, key.node, key.ordinal, key.law); }
 
 void keep_state(StateArchive& archive, GapResponse& W) { archive(W.is_sparse, W.dense, W.sparse); }
 

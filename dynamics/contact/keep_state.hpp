@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What contact keeps from step to step, for checkpoints (common/state_archive.hpp). Workspace that each step fills anew is left out.
+// What contact keeps from step to step, for checkpoints (common/state_archive.hpp). Workspace that each step fills anew is left
+// out.
 #pragma once
 
 #include "common/state_archive.hpp"

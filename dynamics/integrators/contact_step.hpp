@@ -18,15 +18,15 @@ struct ContactState {
   std::vector<Points> impulses_since_output;  // per contact body
   std::vector<Points> normal_since_output;    // likewise, without friction and ties, where nodal pressures are wanted, else empty
 
-  // Together with what the pairs and contact nodes of the simulation keep. Restores a state of start_contact(); the bodies are asked
-  // for their responses anew.
+  // Together with what the pairs and contact nodes of the simulation keep. Restores a state of start_contact(); the bodies are
+  // asked for their responses anew.
   void keep_state(StateArchive& archive, Simulation& simulation);
 };
 
 struct ContactOutcome {
-  std::vector<char> touched;  // per contact body: got impulses
-  std::vector<char> near;     // per pair: had constraints
-  std::vector<Index> active;  // per pair: constraints with an impulse
+  std::vector<char> touched;    // per contact body: got impulses
+  std::vector<char> near;       // per pair: had constraints
+  std::vector<Index> active;    // per pair: constraints with an impulse
   std::vector<Index> searched;  // the pairs of the last step: only they have entries other than 0
   std::vector<Index> met;       // pairs that have had constraints, in that order
   std::vector<char> has_met;    // per pair

@@ -122,7 +122,7 @@ struct RunOptions {
   std::function<bool()> is_to_end;
   // After each step but the last: whether `on_checkpoint` is to get the state, from which a run goes on bit for bit.
   std::function<bool(Index step, double t)> is_checkpoint;
-  std::function<void(const StateArchive& state)> on_checkpoint;
+  std::function<void(Index step, double t, const StateArchive& state)> on_checkpoint;
   StateArchive* restart = nullptr;  // to go on from, of the same simulation, built anew
 };
 

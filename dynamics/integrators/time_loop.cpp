@@ -33,6 +33,7 @@ class TimeLoop {
   RunResult run() {
     if (options_.restart) {
       keep_state(*options_.restart);
+      options_.restart->finish();
     } else {
       schedule_.start();
       record();
@@ -70,7 +71,7 @@ class TimeLoop {
     if (options_.is_checkpoint && options_.is_checkpoint(step_, t)) {
       StateArchive state;
       keep_state(state);
-      options_.on_checkpoint(state);
+      options_.on_checkpoint(step_, t, state);
     }
     if (ends) recorder_.result().ended_at = t;
     return ends;

@@ -2,6 +2,8 @@
 #include "dynamics/output/fields.hpp"
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <fstream>
 #include <iomanip>
 #include <set>
@@ -101,20 +103,44 @@ std::string item(const std::filesystem::path& heavy, const std::string& dataset,
 
 }  // namespace
 
-FieldWriter::FieldWriter(const Scene& scene, const BuiltScene& built, const std::filesystem::path& results, Report& report)
-    : built_(built), fields_(scene.output.fields) {
-  xdmf_ = results;
+FieldWriter::FieldWriter(const Scene& scene, const BuiltScene& built, const std::filesystem::path& results, Report& report,
+                         const std::string& run_hash, const std::optional<Saved>& saved)
+    : built_(built), fields_(scene.output.fields), xdmf_(results), heavy_file_(results) {
   xdmf_.replace_extension(".xdmf");
-  std::filesystem::path heavy = results;
-  heavy.replace_extension(".fields.h5");
-  heavy_name_ = heavy.filename();
-  heavy_ = std::make_unique<Hdf5Writer>(heavy);
+  heavy_file_.replace_extension(".fields.h5");
+  heavy_name_ = heavy_file_.filename();
   for (Index i = 0; i < static_cast<Index>(built.instances.size()); ++i) add_instance_grids(scene, i, report);
+  saved ? go_on(*saved, run_hash) : start(run_hash);
+}
+
+void FieldWriter::start(const std::string& run_hash) {
+  heavy_ = std::make_unique<Hdf5Writer>(heavy_file_);
+  if (!run_hash.empty()) heavy_->attribute("/", "run_hash", run_hash);
   for (std::size_t g = 0; g < grids_.size(); ++g) {
     heavy_->write(grid_group(g) + "points", grids_[g].points);
     heavy_->write(grid_group(g) + "cells", grids_[g].cells);
   }
 }
+
+// A file that was saved after the checkpoint, whose own was no longer written, has more.
+void FieldWriter::go_on(const Saved& saved, const std::string& run_hash) {
+  times_ = saved.times;
+  {
+    const Hdf5Reader kept(saved.file);
+    const std::string last = step_group(times_.empty() ? 0 : times_.size() - 1);
+    const bool same = kept.has_attribute("/", "run_hash") && kept.read_string("/", "run_hash") == run_hash;
+    if (!same || (!times_.empty() && !kept.has(last.substr(0, last.size() - 1))))
+      throw InputError(saved.file.string() +
+                       ": does not hold the fields of the run up to its checkpoint: " + "start the run anew, without --restart");
+  }
+  heavy_ = std::make_unique<Hdf5Writer>(heavy_file_, saved.file);
+  for (std::size_t step = times_.size();; ++step) {
+    const std::string group = step_group(step);
+    if (!heavy_->remove(group.substr(0, group.size() - 1))) break;
+  }
+}
+
+void FieldWriter::save(const std::filesystem::path& file) { heavy_->save_copy(file); }
 
 bool FieldWriter::wanted(const std::string& field) const {
   return std::find(fields_.begin(), fields_.end(), field) != fields_.end();
@@ -295,10 +321,11 @@ void FieldWriter::commit() {
   out << "</Grid>\n</Domain>\n</Xdmf>\n";
   heavy_->commit();
   TemporaryFile temporary(xdmf_);
+  errno = 0;
   std::ofstream file(temporary.path());
   file << out.str();
   file.close();
-  if (!file) throw RunError(xdmf_.string() + ": cannot be written");
+  if (!file) throw RunError(xdmf_.string() + ": cannot be written" + (errno != 0 ? ": " + std::string(std::strerror(errno)) : ""));
   temporary.commit();
 }
 

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,16 +31,28 @@ struct FieldGrid {
 // Writes RESULTS.xdmf and RESULTS.fields.h5 beside the results file. Nothing is left behind without commit().
 class FieldWriter {
  public:
-  // `fields`: displacement, velocity, stress, contact_pressure. Says on the report what cannot be shown.
-  FieldWriter(const Scene& scene, const BuiltScene& built, const std::filesystem::path& results, Report& report);
+  // Fields that a checkpoint has kept: save()'s file, of which so many times count.
+  struct Saved {
+    std::filesystem::path file;
+    std::vector<double> times;
+  };
+  // `fields`: displacement, velocity, stress, contact_pressure. Says on the report what cannot be shown. `saved`: goes on from
+  // there. `run_hash`: of the run that the fields are of, empty when there are no checkpoints. InputError: `saved` is of another
+  // one.
+  FieldWriter(const Scene& scene, const BuiltScene& built, const std::filesystem::path& results, Report& report,
+              const std::string& run_hash = "", const std::optional<Saved>& saved = {});
   void add(double t);  // the state of the bodies now
-  void commit();       // RunError when the disk refuses
+  const std::vector<double>& times() const { return times_; }
+  void save(const std::filesystem::path& file);  // a whole file of what there is so far
+  void commit();                                 // RunError when the disk refuses
   const std::filesystem::path& file() const { return xdmf_; }
 
  private:
   struct Motion {
     Points u, v;
   };
+  void start(const std::string& run_hash);
+  void go_on(const Saved& saved, const std::string& run_hash);
   Motion motion_of(const FieldGrid& grid) const;
   void add_instance_grids(const Scene& scene, Index instance, Report& report);
   void add_interface_grids(const FieldGrid& empty);
@@ -51,7 +64,7 @@ class FieldWriter {
 
   const BuiltScene& built_;
   std::vector<std::string> fields_;
-  std::filesystem::path xdmf_, heavy_name_;
+  std::filesystem::path xdmf_, heavy_file_, heavy_name_;
   std::unique_ptr<Hdf5Writer> heavy_;
   std::vector<FieldGrid> grids_;
   std::vector<double> times_;

@@ -62,6 +62,7 @@ output:
   every: 1.0e-7
   history: [left.contact, right.contact]
   fields: [displacement, stress, contact_pressure]
+  checkpoint: {every: 2.5e-7, file: keep/impact.h5}
 )";
 
 inline std::string replaced(std::string text, const std::string& old, const std::string& with) {

@@ -93,6 +93,20 @@ TEST(Scene, everyKeyOfARunArrives) {
   EXPECT_EQ(scene.output.every, 1e-7);
   EXPECT_EQ(scene.output.history.at(1).text(), "right.contact");
   EXPECT_EQ(scene.output.fields, (std::vector<std::string>{"displacement", "stress", "contact_pressure"}));
+  EXPECT_EQ(scene.output.checkpoint->every, 2.5e-7);
+  EXPECT_FALSE(scene.output.checkpoint->every_steps || scene.output.checkpoint->every_minutes);
+  EXPECT_EQ(scene.output.checkpoint->file, std::filesystem::absolute(folder / "keep/impact.h5"));
+}
+
+TEST(Scene, checkpointsArrive) {
+  const TemporaryFolder folder;
+  for (const std::string given : {"{every_steps: 500}", "{every_minutes: 0.5}", "{every: 1.0e-6}"}) {
+    const Scene scene = read_text(folder, replaced(full_scene, "{every: 2.5e-7, file: keep/impact.h5}", given));
+    EXPECT_EQ(scene.output.checkpoint->every_steps.value_or(0), given[7] == 's' ? 500 : 0) << given;
+    EXPECT_EQ(scene.output.checkpoint->every_minutes.value_or(0), given[7] == 'm' ? 0.5 : 0) << given;
+    EXPECT_TRUE(scene.output.checkpoint->file.empty());
+    EXPECT_EQ(written(read_text(folder, written(scene))), written(scene));
+  }
 }
 
 TEST(Scene, wallsAndContactArrive) {
@@ -172,6 +186,7 @@ TEST(Scene, defaultsAreThoseOfTheContract) {
   EXPECT_EQ(scene.time->integrator, Integrator::exact);
   EXPECT_EQ(scene.output.every, 0);
   EXPECT_TRUE(scene.output.fields.empty());
+  EXPECT_FALSE(scene.output.checkpoint);
   EXPECT_EQ(scene.components.at("a").reduction->domains, 1);
   EXPECT_TRUE(scene.components.at("a").reduction->interface_sets.empty());
 }

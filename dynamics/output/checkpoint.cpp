@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/output/checkpoint.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <sstream>
+#include <string_view>
+
+#include "common/error.hpp"
+#include "common/hdf5_file.hpp"
+#include "common/program.hpp"
+
+namespace cbr {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* format = "cbr-checkpoint";
+// To be raised when what a keep_state() names changes: files of before cannot be read then.
+constexpr const char* format_version = "1.0";
+
+std::string hash_of(const std::vector<Index>& words) {
+  return bytes_hash({reinterpret_cast<const char*>(words.data()), words.size() * sizeof(Index)});
+}
+
+bool is_checkpoint(const fs::path& file) {
+  try {
+    const Hdf5Reader reader(file);
+    return reader.has_attribute("/", "format") && reader.read_string("/", "format") == format;
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
+void require_checkpoint(const Hdf5Reader& file) {
+  if (!file.has_attribute("/", "format") || file.read_string("/", "format") != format)
+    throw InputError(file.file().string() + ": is not a checkpoint of cbr-dyn");
+}
+
+std::string generator() { return std::string("cbr-dyn ") + version(); }
+
+}  // namespace
+
+std::string run_hash(const Scene& scene, const BuildOptions& options) {
+  Scene plain = scene;
+  plain.output.checkpoint.reset();
+  if (plain.skin) plain.skin->mesh = "/";  // of cbr-skin
+  std::set<std::string> meshed, reduced;
+  for (const Instance& instance : scene.instances)
+    (instance.as == InstanceKind::mesh ? meshed : reduced).insert(instance.component);
+  for (auto& [name, component] : plain.components) {
+    component.mesh = "/" + (meshed.count(name) ? file_hash(component.mesh) : "");
+    if (!component.reduction) continue;
+    fs::path& superelement = component.reduction->superelement;
+    superelement = "/" + (reduced.count(name) ? file_hash(superelement) : "");
+  }
+  std::ostringstream text;
+  text << "diagonal limit " << (options.diagonal_limit ? std::to_string(*options.diagonal_limit) : "") << "\n";
+  write_scene(plain, text);
+  return bytes_hash(text.str());
+}
+
+void write_checkpoint(const fs::path& file, const std::string& hash, const Checkpoint& checkpoint) {
+  Hdf5Writer out(file);
+  out.attribute("/", "format", std::string(format));
+  out.attribute("/", "format_version", std::string(format_version));
+  out.attribute("/", "generator", generator());
+  out.attribute("/", "run_hash", hash);
+  out.attribute("/", "state_hash", hash_of(checkpoint.state));
+  out.attribute("/", "threads", Index{checkpoint.threads});
+  out.attribute("/", "step", checkpoint.step);
+  out.write("/time", checkpoint.time);
+  out.write("/state", checkpoint.state);
+  out.write("/field_times", checkpoint.field_times);
+  out.commit();
+}
+
+int threads_of_checkpoint(const fs::path& file) {
+  const Hdf5Reader in(file);
+  require_checkpoint(in);
+  return static_cast<int>(std::clamp<Index>(in.read_index("/", "threads"), 1, 1024));
+}
+
+Checkpoint read_checkpoint(const fs::path& file, const std::string& hash) {
+  const Hdf5Reader in(file);
+  require_checkpoint(in);
+  const std::string by = in.read_string("/", "generator"), version_of_file = in.read_string("/", "format_version");
+  if (by != generator() || version_of_file != format_version)
+    throw InputError(file.string() + ": was written by " + by + " (format " + version_of_file + "), this is " + generator() +
+                     " (format " + format_version +
+                     "), which may not go on with the same digits: start the run anew, without --restart");
+  if (in.read_string("/", "run_hash") != hash)
+    throw InputError(file.string() +
+                     ": is of another scene, or the scene, its meshes, its superelements or --diagonal-limit have " +
+                     "changed since: give the checkpoint of this run, or start it anew without --restart");
+  Checkpoint checkpoint;
+  checkpoint.step = in.read_index("/", "step");
+  checkpoint.threads = static_cast<int>(in.read_index("/", "threads"));
+  checkpoint.time = in.read_scalar("/time");
+  checkpoint.state = in.read_indices("/state");
+  const Vector times = in.read_vector("/field_times");
+  checkpoint.field_times.assign(times.begin(), times.end());
+  if (hash_of(checkpoint.state) != in.read_string("/", "state_hash"))
+    throw InputError(file.string() + ": is damaged: the hash of its state is not the one that it names");
+  return checkpoint;
+}
+
+fs::path fields_of_checkpoint(const fs::path& checkpoint) {
+  fs::path file = checkpoint;
+  return file.replace_extension(".fields.h5");
+}
+
+fs::path checkpoint_file(const CheckpointOptions& options, const fs::path& results) {
+  fs::path file = options.file;
+  if (file.empty()) file = fs::path(results).replace_extension(".checkpoint.h5");
+  std::error_code error;
+  const bool same = fs::weakly_canonical(fs::absolute(file), error) == fs::weakly_canonical(fs::absolute(results), error);
+  if (same || (fs::exists(file, error) && !is_checkpoint(file)))
+    throw InputError(options.source.text() + ": output.checkpoint: " + file.string() +
+                     (same ? " is the results file" : " is there and is no checkpoint") +
+                     ": give output.checkpoint.file another name");
+  return file;
+}
+
+// Whole intervals up to t; one that t misses by round-off counts.
+double CheckpointClock::passed(double t) const { return options_.every ? std::floor(t / *options_.every * (1 + 1e-12)) : 0; }
+
+void CheckpointClock::start_at(Index step, double t) {
+  if (options_.every_steps) steps_passed_ = step / *options_.every_steps;
+  times_passed_ = passed(t);
+}
+
+bool CheckpointClock::is_due(Index step, double t) {
+  bool due = passed(t) > times_passed_;
+  if (options_.every_steps) due |= step / *options_.every_steps > steps_passed_;
+  if (options_.every_minutes) due |= Clock::now() - last_ >= std::chrono::duration<double>(60 * *options_.every_minutes);
+  if (!due) return false;
+  start_at(step, t);
+  last_ = Clock::now();
+  return true;
+}
+
+}  // namespace cbr

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Checkpoints: files from which an interrupted run goes on, bit for bit (format "cbr-checkpoint", docs/formats.md).
+#pragma once
+
+#include <chrono>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "common/scene.hpp"
+#include "common/state_archive.hpp"
+#include "dynamics/setup/component_model.hpp"
+
+namespace cbr {
+
+// Hash of all that the course of a run depends on: the scene but for paths and checkpoints, the bytes of the meshes and
+// superelements that it uses, --diagonal-limit. InputError when a file cannot be read.
+std::string run_hash(const Scene& scene, const BuildOptions& options);
+
+struct Checkpoint {
+  Index step = 0;
+  double time = 0;
+  std::vector<Index> state;         // StateArchive::words()
+  std::vector<double> field_times;  // of the fields written so far
+  int threads = 0;                  // that the run was begun with: with others BLAS adds in another order
+};
+
+// Whole or not at all. RunError when the disk refuses.
+void write_checkpoint(const std::filesystem::path& file, const std::string& hash, const Checkpoint& checkpoint);
+// InputError: no checkpoint, damaged, of another version of cbr-dyn, of a run with another hash.
+Checkpoint read_checkpoint(const std::filesystem::path& file, const std::string& hash);
+// Of the checkpoint, for set_threads(), before anything is computed. InputError: no checkpoint.
+int threads_of_checkpoint(const std::filesystem::path& file);
+// Of the fields, beside the checkpoint: impact.checkpoint.fields.h5.
+std::filesystem::path fields_of_checkpoint(const std::filesystem::path& checkpoint);
+
+// Where the scene's checkpoints go: beside the results unless it says so. InputError when something else is there.
+std::filesystem::path checkpoint_file(const CheckpointOptions& options, const std::filesystem::path& results);
+
+// When the next one is due: times and steps are counted from the start of the run, minutes from the last one.
+class CheckpointClock {
+ public:
+  explicit CheckpointClock(const CheckpointOptions& options) : options_(options) {}
+  void start_at(Index step, double t);
+  bool is_due(Index step, double t);  // true once for each
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  double passed(double t) const;
+  CheckpointOptions options_;
+  Index steps_passed_ = 0;
+  double times_passed_ = 0;
+  Clock::time_point last_ = Clock::now();
+};
+
+}  // namespace cbr

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Files that are replaced while they are read, and what a killed process leaves behind.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <filesystem>
+#include <functional>
+#include <string>
+
+#include "common/error.hpp"
+#include "common/hdf5_file.hpp"
+#include "common/output_file.hpp"
+#include "common/unchanged_files.hpp"
+#include "tests/formats/temporary_folder.hpp"
+
+namespace cbr {
+namespace {
+
+namespace fs = std::filesystem;
+using test::TemporaryFolder;
+
+TEST(UnchangedFiles, WhatIsReplacedOrWrittenToIsNamed) {
+  const TemporaryFolder folder;
+  const fs::path file = folder / "a.msh", other = folder / "b.msh";
+  test::write_bytes(file, "one");
+  test::write_bytes(other, "one");
+  const auto after = [&](const std::function<void()>& change) {
+    UnchangedFiles files;
+    files.add(file), files.add(other), files.add(folder / "missing");
+    files.check();
+    change();
+    try {
+      files.check();
+    } catch (const RunError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_EQ(after([] {}), "");
+  // The same bytes under the same name, but another file: whatever was read of the first may not be of the second
+  const auto replace = [&] {
+    TemporaryFile made(file);
+    test::write_bytes(made.path(), "one");
+    made.commit();
+  };
+  const auto grow = [&] { test::write_bytes(file, "one and more"); };
+  const auto remove = [&] { fs::remove(file); };
+  for (const std::function<void()>& change :
+       {std::function<void()>(replace), std::function<void()>(grow), std::function<void()>(remove)}) {
+    const std::string message = after(change);
+    EXPECT_NE(message.find(file.string()), std::string::npos) << message;
+    EXPECT_NE(message.find("run again"), std::string::npos) << message;
+  }
+}
+
+// Number of temporary files in the folder.
+int n_temporary(const fs::path& folder) {
+  int n = 0;
+  for (const auto& entry : fs::directory_iterator(folder)) n += entry.path().extension() == ".tmp";
+  return n;
+}
+
+class KilledProcess : public testing::Test {
+ protected:
+  // A process that is killed while it writes.
+  void leave_a_temporary_file() const {
+    const pid_t child = ::fork();
+    if (child == 0) {
+      const TemporaryFile file(folder_ / "a.h5");
+      ::raise(SIGKILL);
+    }
+    int status = 0;
+    ::waitpid(child, &status, 0);
+    ASSERT_TRUE(WIFSIGNALED(status));
+  }
+  const TemporaryFolder folder_;
+};
+
+TEST_F(KilledProcess, NextRunRemovesWhatItLeft) {
+  test::write_bytes(folder_ / "a.h5", "before");
+  for (int i = 0; i < 3; ++i) leave_a_temporary_file();
+  EXPECT_GE(n_temporary(folder_.path()), 1);
+  // Not ours: of a process that lives, of another machine, of another program
+  const TemporaryFolder elsewhere;
+  const std::string alive = TemporaryFile(elsewhere / "b.h5").path().filename().string();
+  const fs::path of_alive = folder_ / alive, foreign = folder_ / ".cbr-00000000-999999999-0.tmp", other = folder_ / ".cbr-mine.tmp";
+  for (const fs::path& file : {of_alive, foreign, other}) test::write_bytes(file, "");
+  const pid_t next = ::fork();
+  if (next == 0) {
+    {
+      TemporaryFile file(folder_ / "a.h5");
+      test::write_bytes(file.path(), "after");
+      file.commit();
+    }
+    ::_exit(0);
+  }
+  ::waitpid(next, nullptr, 0);
+  EXPECT_EQ(test::bytes_of(folder_ / "a.h5"), "after");
+  EXPECT_EQ(n_temporary(folder_.path()), 3);
+  for (const fs::path& file : {of_alive, foreign, other}) EXPECT_TRUE(fs::exists(file)) << file;
+}
+
+// What a checkpoint keeps of fields that are still being written: a whole file, and the next writer goes on with it.
+TEST(SavedCopy, IsWholeAndGoesOn) {
+  const TemporaryFolder folder;
+  const fs::path file = folder / "a.h5", saved = folder / "saved.h5";
+  const Vector values = Vector::LinSpaced(5000, 0, 1);
+  {
+    Hdf5Writer writer(file);
+    writer.attribute("/", "name", std::string("x"));
+    for (int i = 0; i < 3; ++i) writer.write("/steps/" + std::to_string(i) + "/u", Vector(values * i));
+    writer.save_copy(saved);
+    writer.write("/steps/3/u", values);
+  }  // ended here, not committed
+  EXPECT_FALSE(fs::exists(file));
+  EXPECT_EQ(Hdf5Reader(saved).read_vector("/steps/2/u"), values * 2);
+  EXPECT_FALSE(Hdf5Reader(saved).has("/steps/3"));
+  {
+    Hdf5Writer writer(file, saved);
+    EXPECT_TRUE(writer.remove("/steps/2"));
+    EXPECT_FALSE(writer.remove("/steps/2"));
+    EXPECT_FALSE(writer.remove("/nowhere/2"));
+    writer.write("/steps/2/u", Vector(values * 7));
+    writer.commit();
+  }
+  const Hdf5Reader whole(file);
+  EXPECT_EQ(whole.read_string("/", "name"), "x");
+  EXPECT_EQ(whole.read_vector("/steps/1/u"), values);
+  EXPECT_EQ(whole.read_vector("/steps/2/u"), values * 7);
+  EXPECT_EQ(Hdf5Reader(saved).read_vector("/steps/2/u"), values * 2);
+  test::write_bytes(saved, "no HDF5");
+  EXPECT_THROW(Hdf5Writer(file, saved), InputError);
+  EXPECT_EQ(folder.n_entries(), 2u);
+}
+
+}  // namespace
+}  // namespace cbr
