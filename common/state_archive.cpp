@@ -23,6 +23,10 @@ void StateArchive::bytes(void* data, std::size_t n) {
     next_ += n_words;
     return;
   }
+  if (measures_) {
+    next_ += n_words;
+    return;
+  }
   const std::size_t at = words_.size();
   words_.resize(at + n_words, 0);
   std::memcpy(words_.data() + at, data, n);

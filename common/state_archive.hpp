@@ -18,6 +18,17 @@ namespace cbr {
 class StateArchive {
  public:
   StateArchive() = default;  // saves
+  // Saves what is asked for twice: once to know how much room it takes, which may be most of the memory.
+  template <typename Keep>
+  static StateArchive saved(const Keep& keep) {
+    StateArchive archive;
+    archive.measures_ = true;
+    keep(archive);
+    archive.words_.reserve(archive.next_);
+    archive.measures_ = false, archive.next_ = 0;
+    keep(archive);
+    return archive;
+  }
   // Restores; `name` is for messages. InputError, from any call, when the words are not those of such objects.
   StateArchive(std::vector<Index> words, std::string name) : words_(std::move(words)), name_(std::move(name)), restores_(true) {}
 
@@ -89,7 +100,7 @@ class StateArchive {
 
   std::vector<Index> words_;
   std::string name_;
-  bool restores_ = false;
+  bool restores_ = false, measures_ = false;
   std::size_t next_ = 0;
 };
 

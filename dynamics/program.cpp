@@ -76,7 +76,7 @@ class Run {
       clock_.emplace(*scene_.output.checkpoint);
     }
     if (restart.empty()) return;
-    Checkpoint from = read_checkpoint(restart, hash);
+    auto [from, state] = read_checkpoint(restart, hash);
     std::ostringstream line;
     line << "going on from step " << from.step << ", t = " << from.time << " s (" << restart.string() << ")";
     report_.line(line.str());
@@ -86,7 +86,7 @@ class Run {
     }
     if (clock_) clock_->start_at(from.step, from.time);
     saved_fields_ = {fields_of_checkpoint(restart), std::move(from.field_times)};
-    state_.emplace(std::move(from.state), restart.string());
+    state_ = std::move(state);
   }
 
   RunResult run() {
@@ -129,10 +129,19 @@ class Run {
 
  private:
   void save(Index step, double t, const StateArchive& state) {
-    // Fields first: with the checkpoint of before they are some too many, with this one they must not be too few
-    if (fields_) fields_->save(fields_of_checkpoint(file_));
-    write_checkpoint(file_, hash_, {step, t, state.words(), fields_ ? fields_->times() : std::vector<double>(), n_threads()});
-    report_.detail("checkpoint at t = " + std::to_string(t) + " s: " + file_.string());
+    std::ostringstream place;
+    place << "checkpoint at t = " << t << " s: ";
+    try {
+      // Fields first: with the checkpoint of before they are some too many, with this one they must not be too few
+      if (fields_) fields_->save(fields_of_checkpoint(file_));
+      write_checkpoint(file_, hash_, {step, t, fields_ ? fields_->times() : std::vector<double>(), n_threads()}, state);
+      report_.detail(place.str() + file_.string());
+      has_failed_ = false;
+    } catch (const RunError& error) {
+      // Hours of computing are not given up for it
+      if (!has_failed_) report_.warning(place.str() + error.what() + "; the run goes on, the checkpoint of before stays");
+      has_failed_ = true;
+    }
   }
 
   const Scene& scene_;
@@ -142,6 +151,7 @@ class Run {
   const NotedSignals signals_;
   std::string hash_;
   std::filesystem::path file_;
+  bool has_failed_ = false;  // to write the last checkpoint
   std::optional<CheckpointClock> clock_;
   std::optional<StateArchive> state_;
   std::optional<FieldWriter::Saved> saved_fields_;

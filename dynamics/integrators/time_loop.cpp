@@ -69,9 +69,7 @@ class TimeLoop {
     const double t = plan().time(step_);
     const bool ends = options_.is_to_end && options_.is_to_end();
     if (options_.is_checkpoint && options_.is_checkpoint(step_, t)) {
-      StateArchive state;
-      keep_state(state);
-      options_.on_checkpoint(step_, t, state);
+      options_.on_checkpoint(step_, t, StateArchive::saved([this](StateArchive& state) { keep_state(state); }));
     }
     if (ends) recorder_.result().ended_at = t;
     return ends;

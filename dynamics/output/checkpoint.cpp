@@ -61,17 +61,17 @@ std::string run_hash(const Scene& scene, const BuildOptions& options) {
   return bytes_hash(text.str());
 }
 
-void write_checkpoint(const fs::path& file, const std::string& hash, const Checkpoint& checkpoint) {
+void write_checkpoint(const fs::path& file, const std::string& hash, const Checkpoint& checkpoint, const StateArchive& state) {
   Hdf5Writer out(file);
   out.attribute("/", "format", std::string(format));
   out.attribute("/", "format_version", std::string(format_version));
   out.attribute("/", "generator", generator());
   out.attribute("/", "run_hash", hash);
-  out.attribute("/", "state_hash", hash_of(checkpoint.state));
+  out.attribute("/", "state_hash", hash_of(state.words()));
   out.attribute("/", "threads", Index{checkpoint.threads});
   out.attribute("/", "step", checkpoint.step);
   out.write("/time", checkpoint.time);
-  out.write("/state", checkpoint.state);
+  out.write("/state", state.words());
   out.write("/field_times", checkpoint.field_times);
   out.commit();
 }
@@ -82,7 +82,7 @@ int threads_of_checkpoint(const fs::path& file) {
   return static_cast<int>(std::clamp<Index>(in.read_index("/", "threads"), 1, 1024));
 }
 
-Checkpoint read_checkpoint(const fs::path& file, const std::string& hash) {
+std::pair<Checkpoint, StateArchive> read_checkpoint(const fs::path& file, const std::string& hash) {
   const Hdf5Reader in(file);
   require_checkpoint(in);
   const std::string by = in.read_string("/", "generator"), version_of_file = in.read_string("/", "format_version");
@@ -98,12 +98,12 @@ Checkpoint read_checkpoint(const fs::path& file, const std::string& hash) {
   checkpoint.step = in.read_index("/", "step");
   checkpoint.threads = static_cast<int>(in.read_index("/", "threads"));
   checkpoint.time = in.read_scalar("/time");
-  checkpoint.state = in.read_indices("/state");
+  std::vector<Index> state = in.read_indices("/state");
   const Vector times = in.read_vector("/field_times");
   checkpoint.field_times.assign(times.begin(), times.end());
-  if (hash_of(checkpoint.state) != in.read_string("/", "state_hash"))
+  if (hash_of(state) != in.read_string("/", "state_hash"))
     throw InputError(file.string() + ": is damaged: the hash of its state is not the one that it names");
-  return checkpoint;
+  return {std::move(checkpoint), StateArchive(std::move(state), file.string())};
 }
 
 fs::path fields_of_checkpoint(const fs::path& checkpoint) {

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/scene.hpp"
@@ -20,15 +21,15 @@ std::string run_hash(const Scene& scene, const BuildOptions& options);
 struct Checkpoint {
   Index step = 0;
   double time = 0;
-  std::vector<Index> state;         // StateArchive::words()
   std::vector<double> field_times;  // of the fields written so far
   int threads = 0;                  // that the run was begun with: with others BLAS adds in another order
 };
 
 // Whole or not at all. RunError when the disk refuses.
-void write_checkpoint(const std::filesystem::path& file, const std::string& hash, const Checkpoint& checkpoint);
-// InputError: no checkpoint, damaged, of another version of cbr-dyn, of a run with another hash.
-Checkpoint read_checkpoint(const std::filesystem::path& file, const std::string& hash);
+void write_checkpoint(const std::filesystem::path& file, const std::string& hash, const Checkpoint& checkpoint,
+                      const StateArchive& state);
+// And its state. InputError: no checkpoint, damaged, of another version of cbr-dyn, of a run with another hash.
+std::pair<Checkpoint, StateArchive> read_checkpoint(const std::filesystem::path& file, const std::string& hash);
 // Of the checkpoint, for set_threads(), before anything is computed. InputError: no checkpoint.
 int threads_of_checkpoint(const std::filesystem::path& file);
 // Of the fields, beside the checkpoint: impact.checkpoint.fields.h5.

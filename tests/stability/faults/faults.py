@@ -19,7 +19,7 @@ except ImportError as missing:
     print(f"skipped: {missing}")
     sys.exit(77)
 
-BIN = Path(sys.argv[1])
+BIN = Path(sys.argv[1]).resolve()
 NOBODY = 65534
 CELLS, SIZE = (5, 6, 6), (1.0, 1.0, 1.0)
 SCENE = """
@@ -128,13 +128,21 @@ def case_disk_full(folder):
     with open("/dev/full", "w") as full:
         errors = run(folder, "cbr-reduce", "scene.yaml", expect=1, stdout=full)
     assert "standard output" in errors, errors
-    # Checkpoints and fields that no longer fit end the run with their names
-    scene(folder, ", checkpoint: {every_steps: 10}" + FIELDS, name="fields.yaml")
+    # Fields that no longer fit end the run, checkpoints do not
+    scene(folder, FIELDS, name="fields.yaml")
     old = set(os.listdir(folder))
-    limit = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (30000, 30000))
-    errors = run(folder, "cbr-dyn", "fields.yaml", "-o", "fields.h5", expect=1, before=limit)
-    assert "fields.h5" in errors or "checkpoint" in errors, errors
+    limit = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size["results.h5"], size["results.h5"]))
+    assert "run.fields.h5" in run(folder, "cbr-dyn", "fields.yaml", "-o", "run.h5", expect=1, before=limit)
     assert set(os.listdir(folder)) == old, set(os.listdir(folder)) ^ old
+    scene(folder, ", checkpoint: {every_steps: 10}", name="kept.yaml")
+    limit = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size["results.h5"], size["results.h5"]))
+    run(folder, "cbr-dyn", "kept.yaml", "-o", "kept.h5")
+    if (folder / "kept.checkpoint.h5").stat().st_size > size["results.h5"]:
+        before = (folder / "kept.checkpoint.h5").read_bytes()
+        errors = run(folder, "cbr-dyn", "kept.yaml", "-o", "kept.h5", before=limit)
+        assert errors.count("\n") == 1 and "warning: checkpoint" in errors and "kept.checkpoint.h5" in errors, errors
+        assert (folder / "kept.checkpoint.h5").read_bytes() == before
+    require_no_temporary(folder)
 
 
 def case_small_disk(folder):
