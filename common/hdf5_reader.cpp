@@ -14,6 +14,56 @@ namespace cbr {
 namespace fs = std::filesystem;
 using hdf5::Handle;
 
+namespace {
+
+herr_t visit_attribute(hid_t owner, const char* name, const H5A_info_t*, void*) {
+  const Handle attribute(H5Aopen(owner, name, H5P_DEFAULT), H5Aclose);
+  const Handle type(H5Aget_type(attribute), H5Tclose), space(H5Aget_space(attribute), H5Sclose);
+  const std::size_t size = H5Tget_size(type);
+  if (H5Sget_simple_extent_npoints(space) != 1 || size == 0 || size > (std::size_t{1} << 20)) return 0;
+  std::vector<char> value(size);
+  if (H5Aread(attribute, type, value.data()) >= 0) H5Dvlen_reclaim(type, space, H5P_DEFAULT, value.data());
+  return 0;
+}
+
+// What lies in one piece is only bytes; chunks and small datasets in headers are found by structures of their own.
+void visit_dataset(hid_t dataset) {
+  const Handle type(H5Dget_type(dataset), H5Tclose), space(H5Dget_space(dataset), H5Sclose),
+      properties(H5Dget_create_plist(dataset), H5Pclose);
+  const H5D_layout_t layout = H5Pget_layout(properties);
+  if (layout != H5D_CHUNKED && layout != H5D_COMPACT) return;
+  const bool real = H5Tget_class(type) == H5T_FLOAT;
+  const hssize_t n = H5Sget_simple_extent_npoints(space);
+  const double most = 1032.0 * static_cast<double>(H5Dget_storage_size(dataset));
+  if ((!real && H5Tget_class(type) != H5T_INTEGER) || n <= 0 || static_cast<double>(n) > most) return;
+  std::vector<double> values(static_cast<std::size_t>(n));
+  H5Dread(dataset, real ? H5T_NATIVE_DOUBLE : H5T_NATIVE_INT64, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data());
+}
+
+herr_t visit_object(hid_t file, const char* name, const H5O_info_t* info, void*) {
+  const Handle object(H5Oopen(file, name, H5P_DEFAULT), H5Oclose);
+  if (!object.ok()) return 0;
+  H5Aiterate2(object, H5_INDEX_NAME, H5_ITER_INC, nullptr, visit_attribute, nullptr);
+  if (info->type == H5O_TYPE_DATASET) visit_dataset(object);
+  return 0;
+}
+
+Handle open_read_only(const fs::path& path) {
+  const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+#if H5_VERSION_GE(1, 10, 7)
+  H5Pset_file_locking(access, false, true);  // a file is renamed when whole, never changed: locks only fail on network disks
+#endif
+  return {H5Fopen(path.c_str(), H5F_ACC_RDONLY, access), H5Fclose};
+}
+
+// All that the reader may come to.
+void visit_all(const fs::path& path) {
+  const Handle file = open_read_only(path);
+  if (file.ok()) H5Ovisit(file, H5_INDEX_NAME, H5_ITER_INC, visit_object, nullptr);
+}
+
+}  // namespace
+
 struct Hdf5Reader::Impl {
   fs::path path;
   double file_size = 0;
@@ -31,12 +81,8 @@ struct Hdf5Reader::Impl {
     if (!std::ifstream(path).is_open()) fail(std::string("cannot be opened: ") + std::strerror(errno));
     if (file_size == 0) fail("is empty");
     if (H5Fis_hdf5(path.c_str()) <= 0) fail("is not an HDF5 file");
-    if (!hdf5::string_heaps_are_sound(path)) fail("cannot be read: the HDF5 file is damaged");
-    Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
-#if H5_VERSION_GE(1, 10, 7)
-    H5Pset_file_locking(access, false, true);  // a file is renamed when whole, never changed: locks only fail on network disks
-#endif
-    file = Handle(H5Fopen(path.c_str(), H5F_ACC_RDONLY, access), H5Fclose);
+    if (!hdf5::is_sound(path, [&] { visit_all(path); })) fail("cannot be read: the HDF5 file is damaged");
+    file = open_read_only(path);
     if (!file.ok()) fail("cannot be read: the HDF5 file is truncated or damaged");
   }
 

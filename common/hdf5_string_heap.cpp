@@ -10,6 +10,8 @@
 #include <tuple>
 #include <vector>
 
+#include "common/child_process.hpp"
+
 namespace cbr::hdf5 {
 namespace {
 
@@ -113,7 +115,7 @@ bool look_through(const std::filesystem::path& file, std::uint64_t size) {
 
 }  // namespace
 
-bool string_heaps_are_sound(const std::filesystem::path& file) {
+bool is_sound(const std::filesystem::path& file, const std::function<void()>& visit) {
   // A file is opened several times, for its hash, its light parts, its matrices: one look at its bytes is enough
   using Seen = std::tuple<std::filesystem::path, std::uint64_t, std::filesystem::file_time_type>;
   static std::mutex mutex;
@@ -127,7 +129,7 @@ bool string_heaps_are_sound(const std::filesystem::path& file) {
   if (it != known.end() && !error) return it->second;
   constexpr std::size_t most = 10000;
   if (known.size() >= most) known.clear();
-  return known[seen] = look_through(file, size);
+  return known[seen] = look_through(file, size) && survives_in_child(visit);
 }
 
 }  // namespace cbr::hdf5

@@ -6,16 +6,48 @@
 #include <limits>
 #include <system_error>
 
+#include "common/child_process.hpp"
 #include "common/error.hpp"
 #include "common/mesh/netcdf_header.hpp"
 
 namespace cbr {
+namespace {
+
+// Opens the file and reads all its numbers: the library, or that of HDF5 below it, crashes on some damaged files that are not
+// classic.
+void visit_all(const std::filesystem::path& path) {
+  int file = 0, n_variables = 0;
+  if (nc_open(path.c_str(), NC_NOWRITE, &file) != NC_NOERR) return;
+  nc_inq_nvars(file, &n_variables);
+  std::error_code error;
+  const double most = 1e3 * static_cast<double>(std::filesystem::file_size(path, error));
+  for (int id = 0; id < n_variables; ++id) {
+    int rank = 0, dimensions[NC_MAX_VAR_DIMS];
+    nc_type type = NC_NAT;
+    if (nc_inq_var(file, id, nullptr, &type, &rank, dimensions, nullptr) != NC_NOERR) continue;
+    double n = 1;
+    for (int d = 0; d < rank; ++d) {
+      std::size_t length = 0;
+      nc_inq_dimlen(file, dimensions[d], &length);
+      n *= static_cast<double>(length);
+    }
+    if (n > most || n < 1 || type == NC_STRING || type > NC_MAX_ATOMIC_TYPE) continue;
+    std::vector<double> values(static_cast<std::size_t>(n));
+    type == NC_CHAR ? nc_get_var_text(file, id, reinterpret_cast<char*>(values.data()))
+                    : nc_get_var_double(file, id, values.data());
+  }
+  nc_close(file);
+}
+
+}  // namespace
 
 NetcdfReader::NetcdfReader(const std::filesystem::path& file) : where_(file.string()) {
   std::error_code error;
   // Only a compressed file may hold more than its size, and not without any bound.
   const bool classic = check_classic_netcdf(file);
   most_ = (classic ? 1 : 1e3) * static_cast<double>(std::filesystem::file_size(file, error));
+  if (!classic && !survives_in_child([&] { visit_all(file); }))
+    throw InputError(where_ + ": is a damaged netCDF file: the netCDF library fails on it");
   const int status = nc_open(file.c_str(), NC_NOWRITE, &file_);
   if (status != NC_NOERR) {
     file_ = -1;

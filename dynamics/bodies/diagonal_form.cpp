@@ -34,6 +34,9 @@ Matrix mass_times_rigid(const Superelement& s, const Matrix& R) {
 void require_converged(const Eigenpairs& pairs, Index n, const std::string& where) {
   if (!pairs.converged || pairs.n_converged < n)
     throw RunError(where + ": the diagonal form cannot be computed: the reduced mass is not positive definite");
+  // Rigid motions round to either side of 0, by far less
+  if (n > 0 && pairs.lambda.minCoeff() < -1e-6 * pairs.lambda.cwiseAbs().maxCoeff())
+    throw RunError(where + ": the diagonal form cannot be computed: the reduced stiffness has a negative eigenvalue");
 }
 
 // Columns 0 .. 5 of V become R L^-T with L L^T = R^T M R, when they span the same motions; E accordingly.
@@ -93,8 +96,8 @@ SparseMatrix free_interface_basis(const Superelement& s, const std::vector<HeldD
 
 void take_frequencies(const Vector& lambda, Index n_rigid, DiagonalForm& form) {
   form.omega = lambda.cwiseMax(0).cwiseSqrt();
-  form.omega.head(n_rigid).setZero();
-  form.n_rigid = (form.omega.array() == 0).count();  // a mechanism adds to the rigid motions
+  form.omega.head(std::min(n_rigid, form.omega.size())).setZero();  // a file may hold fewer coordinates than rigid motions
+  form.n_rigid = (form.omega.array() == 0).count();                 // a mechanism adds to the rigid motions
 }
 
 bool use_exact_rigid_modes(const Matrix& R, const RigidBody& body, DiagonalForm& form) {

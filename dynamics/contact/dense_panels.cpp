@@ -13,9 +13,11 @@ namespace cbr {
 namespace {
 
 constexpr int width = 4, lanes = 8;
-using Lanes [[gnu::vector_size(8 * lanes), gnu::aligned(8), gnu::may_alias]] = double;
-const Lanes& at(const double* x) { return *reinterpret_cast<const Lanes*>(x); }
-Lanes& at(double* x) { return *reinterpret_cast<Lanes*>(x); }
+using Lanes = double __attribute__((vector_size(8 * lanes)));
+using StoredLanes = double __attribute__((vector_size(8 * lanes), aligned(8), may_alias));
+// Pointers: behind a reference Clang forgets that the numbers are not aligned.
+const StoredLanes* at(const double* x) { return reinterpret_cast<const StoredLanes*>(x); }
+StoredLanes* at(double* x) { return reinterpret_cast<StoredLanes*>(x); }
 
 // Below this many bytes a thread costs more than it saves.
 constexpr double threaded_bytes = 8e6;
@@ -29,12 +31,12 @@ void add_panel(const Columns<P>& column, Index begin, Index end, const double (&
   Index i = begin;
   for (; i + lanes <= end; i += lanes) {
     Lanes sum[K];
-    for (int k = 0; k < K; ++k) sum[k] = at(y[k] + i);
+    for (int k = 0; k < K; ++k) sum[k] = *at(y[k] + i);
     for (int c = 0; c < P; ++c) {
-      const Lanes s = at(column[c] + i);
+      const Lanes s = *at(column[c] + i);
       for (int k = 0; k < K; ++k) sum[k] += s * factor[k][c];
     }
-    for (int k = 0; k < K; ++k) at(y[k] + i) = sum[k];
+    for (int k = 0; k < K; ++k) *at(y[k] + i) = sum[k];
   }
   for (; i < end; ++i)
     for (int k = 0; k < K; ++k)
@@ -47,7 +49,7 @@ std::array<double, P> dot_panel(const Columns<P>& column, Index begin, Index end
   Lanes sums[P] = {};
   Index i = begin;
   for (; i + lanes <= end; i += lanes)
-    for (int c = 0; c < P; ++c) sums[c] += at(column[c] + i) * at(y + i);
+    for (int c = 0; c < P; ++c) sums[c] += *at(column[c] + i) * *at(y + i);
   std::array<double, P> dot{};
   for (int c = 0; c < P; ++c) {
     for (int lane = 0; lane < lanes; ++lane) dot[c] += sums[c][lane];
