@@ -15,8 +15,6 @@
 namespace cbr {
 namespace {
 
-// Right-hand sides of one panel: enough for BLAS, few enough that what a supernode touches of a panel stays in the cache.
-constexpr Index good_panel = 128;
 // Flops of a solve cost as much as this many of dsyrk (docs/decisions/reduction.md).
 constexpr double solve_penalty = 1.5;
 

@@ -15,6 +15,9 @@ enum class CondensationWay {
   second_solve,  // Psi in panels, Psi^T Y = -K_CI K_II^-1 Y by another solve: 4 nnz(L) c flops, 16 n_I bytes per column of a panel
 };
 
+// Columns of a panel where memory allows: enough for BLAS, few enough that what a supernode touches of a panel stays in the cache.
+constexpr Index good_panel = 128;
+
 struct CondensationOptions {
   double memory = 4e9;  // bytes for Psi and its companions
   CondensationWay way = CondensationWay::automatic;

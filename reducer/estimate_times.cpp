@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/program.hpp"
+#include "reducer/condensation.hpp"
 #include "reducer/estimate.hpp"
 #include "reducer/fixed_interface_modes.hpp"
 
@@ -85,7 +87,8 @@ double reduction_memory(const Estimate& estimate, double memory) {
   for (const auto& d : estimate.domains) {
     results += 8 * d.block_nonzeros();
     const double matrices = 2 * 16 * d.mesh_nonzeros;  // K, and its blocks K_II, K_IC, K_CC
-    const double Psi = product_is_taken(d, memory) ? 8 * d.n_interior() * d.c() : std::min(memory, 32 * d.n_interior() * 512);
+    const double panels = std::min(memory, 16 * d.n_interior() * static_cast<double>(good_panel * n_threads()));
+    const double Psi = panels + (product_is_taken(d, memory) ? 8 * d.n_interior() * d.c() : 0);
     const double modes = 2 * 8 * d.n_interior() * d.k() * 2;  // the Lanczos basis of about 2 k vectors, and Phi twice
     most = std::max(most, matrices + 8 * d.factor_nonzeros + std::max(Psi + modes, 2 * modes));
   }

@@ -86,7 +86,8 @@ void add_reduce_options(CLI::App& app, ReduceCommand& command) {
            const std::string wrong = parse_bytes(text, command.memory);
            if (!wrong.empty()) throw CLI::ValidationError("--memory", wrong);
          },
-         "for the constraint modes, as 500MB or 8GB (default: half of this machine's); less memory takes more time")
+         "for the constraint modes, as 500MB or 8GB (default: half of this machine's, less beside a large factor); less memory "
+         "takes more time")
       ->type_name("SIZE");
   app.add_option(
          "--diagonal-limit", command.diagonal_limit,

@@ -188,7 +188,7 @@ void condense_and_keep(Reduction& r, Superelement& s) {
     // From here on only its factor is needed, and the space may be.
     r.p.K_II = SparseMatrix(r.p.n_interior(), r.p.n_interior());
     CondensationOptions options;
-    options.memory = r.settings.memory > 0 ? r.settings.memory : half_of_memory();
+    options.memory = panel_memory(r.settings.memory, r.p, factor, modes.Phi);
     options.way = r.settings.way;
     options.panel = r.settings.panel;
     options.keep_Psi = r.options.recovery;
@@ -273,6 +273,16 @@ Superelement reduce_to(const std::vector<Index>* interface, const Mesh& mesh, co
 
 double half_of_memory() {
   return 0.5 * static_cast<double>(::sysconf(_SC_PHYS_PAGES)) * static_cast<double>(::sysconf(_SC_PAGE_SIZE));
+}
+
+double panel_memory(double given, const Partition& p, const SparseCholesky& factor, const Matrix& Phi) {
+  if (given > 0) return given;
+  const auto c = static_cast<double>(p.n_interface());
+  const double held =
+      8 * factor.n_nonzeros() + 32 * static_cast<double>(p.M_II.nonZeros()) + 8 * static_cast<double>(Phi.size()) + 32 * c * c;
+  // Some is given in any case: without panels nothing goes
+  const double all = 2 * half_of_memory();
+  return std::min(0.5 * all, std::max(0.05 * all, 0.85 * all - held));
 }
 
 Index n_mode_candidates(const std::string& pick, Index wanted, Index n_interior) {

@@ -157,7 +157,7 @@ Superelement reduce_again(const SuperelementGroup& group, const std::vector<Inde
   f.condition.modes = check_modes(p, modes.lambda, modes.Phi);
   require_independent(p, modes.Phi, f.condition.modes);
   CondensationOptions how;
-  how.memory = settings.memory > 0 ? settings.memory : half_of_memory();
+  how.memory = panel_memory(settings.memory, p, factor, modes.Phi);
   how.way = settings.way;
   how.panel = settings.panel;
   how.keep_Psi = options.recovery;

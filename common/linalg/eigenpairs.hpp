@@ -44,14 +44,11 @@ Eigenpairs dense_eigenpairs_beside(Matrix A, Matrix B, const Matrix& R);
 // Columns of Phi get the sign that makes the first of their largest entries positive.
 void fix_signs(Matrix& Phi);
 
-// Largest eigenvalue of M^-1 K with diagonal M (n), from above by a safe margin of its residual: the critical step of
-// central differences is 2 / sqrt of it. Never above Gershgorin's bound, which is the answer when ARPACK does not converge.
-double largest_eigenvalue(const SparseMatrix& K, const Vector& M);
-
 // y = A x, n-vectors.
 using LinearMap = std::function<void(const Vector& x, Vector& y)>;
-// The same for any symmetric K and positive definite M (n x n): Lanczos in the inner product of M, from above by the residual
-// (Parlett 1980, 13-2). solve_M: y = M^-1 x; held directions are left out of the problem when it answers y = Z (Z^T M Z)^-1 Z^T x.
+// Largest eigenvalue of M^-1 K, symmetric K and positive definite M (n x n), from above by the residual of Lanczos in the inner
+// product of M (Parlett 1980, 13-2): the critical step of central differences is 2 / sqrt of it. solve_M: y = M^-1 x; held
+// directions are left out of the problem when it answers y = Z (Z^T M Z)^-1 Z^T x.
 double largest_eigenvalue(Index n, const LinearMap& multiply_K, const LinearMap& solve_M);
 
 }  // namespace cbr

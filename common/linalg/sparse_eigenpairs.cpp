@@ -234,29 +234,4 @@ Eigenpairs sparse_eigenpairs(const SparseMatrix& K, const SparseMatrix& M, const
   return finished(M, std::move(pairs));
 }
 
-double largest_eigenvalue(const SparseMatrix& K, const Vector& M) {
-  const Index n = K.rows();
-  assert(M.size() == n && n > 0 && M.minCoeff() > 0);
-  const Vector scale = M.cwiseSqrt().cwiseInverse();
-  // A = M^-1/2 K M^-1/2   (n x n)
-  const SparseMatrix A = scale.asDiagonal() * K * scale.asDiagonal();
-  double gershgorin = 0;
-  for (Index j = 0; j < n; ++j) {
-    double sum = 0;
-    for (SparseMatrix::InnerIterator it(A, j); it; ++it) sum += std::abs(it.value());
-    gershgorin = std::max(gershgorin, sum);
-  }
-  if (n <= 40) return dense_eigenpairs(Matrix(A), Vector(Vector::Ones(n)), n).lambda(n - 1);
-
-  Operator op;
-  op.n = n;
-  op.solve = [&](const double* x, double* y) { Eigen::Map<Vector>(y, n).noalias() = A * Eigen::Map<const Vector>(x, n); };
-  const std::scoped_lock lock(arpack_lock());
-  const Ritz ritz = Arpack(op, 1, std::min<Index>(n, 40), 1e-8).run();
-  if (ritz.n_converged < 1) return gershgorin;
-  const Vector x = ritz.vectors.col(0).normalized();
-  const double residual = (A * x - ritz.value(0) * x).norm();
-  return std::min(ritz.value(0) + residual, gershgorin);
-}
-
 }  // namespace cbr

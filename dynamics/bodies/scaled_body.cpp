@@ -3,7 +3,6 @@
 
 #include <Eigen/Dense>
 
-#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <utility>
@@ -115,27 +114,17 @@ const ScaledStep& ScaledBody::step_of(double h) const {
 void ScaledBody::propagate(const ScaledState& start, ScaledState& end, double& external_work) {
   external_work = 0;
   if (!loaded_) return propagate_free(step_of(h_), start, end);
-  part_ = start;
-  double from = t_;
-  const double to = t_ + h_, tolerance = 1e-9 * h_;
-  auto breakpoint = std::upper_bound(breakpoints_.begin(), breakpoints_.end(), t_ + tolerance);
-  while (from < to) {
-    // Breakpoints that differ by round-off are one
-    while (breakpoint != breakpoints_.end() && *breakpoint <= from + tolerance) ++breakpoint;
-    const bool last = breakpoint == breakpoints_.end() || *breakpoint >= to - tolerance;
-    const double next = last ? to : *breakpoint;
-    const bool all = last && from == t_;
-    const ScaledStep cut = all ? ScaledStep{} : scaled_step(modes_->omega, modes_->clip, next - from, true);
-    const ScaledStep& step = all ? step_of(h_) : cut;
+  end = start;
+  breakpoints_.cut(t_, h_, [&](double from, double to, bool whole) {
+    const ScaledStep shorter = whole ? ScaledStep{} : scaled_step(modes_->omega, modes_->clip, to - from, true);
+    const ScaledStep& step = whole ? step_of(h_) : shorter;
+    part_ = end;
     load_amplitudes(from, f0_);
-    load_amplitudes(next, f1_);
+    load_amplitudes(to, f1_);
     propagate_free(step, part_, end);
     add_load(step, f0_, f1_, end);
     external_work += load_work(step, part_, end, f0_, f1_, gain_);
-    if (last) break;
-    part_ = end;
-    from = next;
-  }
+  });
 }
 
 void ScaledBody::predict(double t, double h) {

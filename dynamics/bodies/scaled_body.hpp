@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "dynamics/bodies/body.hpp"
+#include "dynamics/bodies/breakpoints.hpp"
 #include "dynamics/bodies/scaled_model.hpp"
 #include "dynamics/bodies/scaled_motion.hpp"
 #include "dynamics/bodies/superelement_body.hpp"
@@ -27,7 +28,6 @@ class ScaledBody final : public Body {
   bool is_scaled() const { return modes_ && modes_->part; }
   Index n_kept() const { return modes_ ? modes_->n_kept() : 0; }
   Index n_scaled() const { return modes_ ? modes_->n_scaled : 0; }
-  double lowest_scaled_frequency() const { return modes_ ? modes_->lowest_scaled : 0; }  // true frequency, rad/s; 0: none
   // Kinetic + strain energy that sits in scaled modes now: its share of all energy says how much the scaling matters.
   double scaled_energy() const;
 
@@ -109,11 +109,11 @@ class ScaledBody final : public Body {
   std::shared_ptr<const ScaledRows> rows_;
 
   std::vector<Load> loads_;
-  std::vector<double> breakpoints_;  // of all histories, ascending
-  Matrix load_modal_;                // n_kept x loads, V^T f
-  Matrix load_scaled_;               // (3 m + loads) x loads, S f at the tracked dofs and along the loads
-  Matrix rigid_scaled_;              // 6 x (3 m + loads), R^T M^ S; empty when the scaled part has no momentum
-  bool loaded_ = false;              // some load has a history, not only the velocity at the start
+  Breakpoints breakpoints_;  // of all histories
+  Matrix load_modal_;        // n_kept x loads, V^T f
+  Matrix load_scaled_;       // (3 m + loads) x loads, S f at the tracked dofs and along the loads
+  Matrix rigid_scaled_;      // 6 x (3 m + loads), R^T M^ S; empty when the scaled part has no momentum
+  bool loaded_ = false;      // some load has a history, not only the velocity at the start
 
   ScaledState now_, end_, part_;
   ScaledGain gain_;

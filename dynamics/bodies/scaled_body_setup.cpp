@@ -2,7 +2,6 @@
 // From nodes and loads that were announced to the arrays of a scaled body.
 #include <Eigen/Dense>
 
-#include <algorithm>
 #include <cassert>
 #include <numeric>
 #include <utility>
@@ -13,9 +12,7 @@ namespace cbr {
 
 void ScaledBody::append_load(Load load) {
   assert(!modes_);
-  breakpoints_.insert(breakpoints_.end(), load.history.time.begin(), load.history.time.end());
-  std::sort(breakpoints_.begin(), breakpoints_.end());
-  breakpoints_.erase(std::unique(breakpoints_.begin(), breakpoints_.end()), breakpoints_.end());
+  breakpoints_.add(load.history);
   loaded_ = true;
   // Loads of one history are one load
   for (Load& other : loads_) {

@@ -81,27 +81,17 @@ const ModalPropagator& SuperelementBody::propagator(double h) const {
 // From t_ to t_ + h_ with loads, cut at the histories' breakpoints so that each part is linear in time.
 void SuperelementBody::propagate(const Vector& eta, const Vector& v, Vector& eta_end, Vector& v_end, double* external_work) {
   if (loads_.empty()) return propagate_free(propagator(h_), eta, v, eta_end, v_end);
-  work_eta_ = eta, work_v_ = v;
-  double from = t_;
-  const double to = t_ + h_, tolerance = 1e-9 * h_;
-  auto breakpoint = std::upper_bound(breakpoints_.begin(), breakpoints_.end(), t_ + tolerance);
-  while (from < to) {
-    // Breakpoints that differ by round-off are one
-    while (breakpoint != breakpoints_.end() && *breakpoint <= from + tolerance) ++breakpoint;
-    const bool last = breakpoint == breakpoints_.end() || *breakpoint >= to - tolerance;
-    const double next = last ? to : *breakpoint;
-    const bool whole = last && from == t_;
-    const ModalPropagator part = whole ? ModalPropagator{} : modal_propagator(form_->omega, next - from, true);
-    const ModalPropagator& step = whole ? propagator(h_) : part;
+  eta_end = eta, v_end = v;
+  breakpoints_.cut(t_, h_, [&](double from, double to, bool whole) {
+    const ModalPropagator shorter = whole ? ModalPropagator{} : modal_propagator(form_->omega, to - from, true);
+    const ModalPropagator& step = whole ? propagator(h_) : shorter;
+    work_eta_ = eta_end, work_v_ = v_end;
     load_amplitudes(from, f0_);
-    load_amplitudes(next, f1_);
+    load_amplitudes(to, f1_);
     propagate_free(step, work_eta_, work_v_, eta_end, v_end);
     add_load(step, f0_, f1_, eta_end, v_end);
     if (external_work) *external_work += load_work(step, work_eta_, work_v_, eta_end, f0_, f1_, weight_);
-    if (last) break;
-    work_eta_ = eta_end, work_v_ = v_end;
-    from = next;
-  }
+  });
 }
 
 // Leapfrog: v+ = v- + (h- + h)/2 (f - omega^2 eta), eta+ = eta + h v+. At the start v- is half a step before t = 0.

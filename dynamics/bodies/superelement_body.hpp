@@ -8,6 +8,7 @@
 
 #include "common/superelement.hpp"
 #include "dynamics/bodies/body.hpp"
+#include "dynamics/bodies/breakpoints.hpp"
 #include "dynamics/bodies/diagonal_form.hpp"
 #include "dynamics/bodies/modal_propagator.hpp"
 #include "dynamics/bodies/newmark.hpp"
@@ -109,7 +110,7 @@ class SuperelementBody final : public Body {
   std::vector<NodeSet> sets_;
   std::vector<MeanSet> means_;
   std::vector<ModalLoad> loads_;
-  std::vector<double> breakpoints_;  // of all histories, ascending
+  Breakpoints breakpoints_;  // of all histories
 
   // Of contact impulses, and its inverse, which weighs energies; empty: 1
   Vector gain_, weight_;

@@ -118,10 +118,7 @@ const Matrix& SuperelementBody::velocity_map(const NodeRows& rows) const {
 
 void SuperelementBody::add_load_history(Vector amplitude, const History& history) {
   loads_.push_back({std::move(amplitude), history});
-  // Loads often share a history: a breakpoint that stood twice would cut out a step of no length
-  breakpoints_.insert(breakpoints_.end(), history.time.begin(), history.time.end());
-  std::sort(breakpoints_.begin(), breakpoints_.end());
-  breakpoints_.erase(std::unique(breakpoints_.begin(), breakpoints_.end()), breakpoints_.end());
+  breakpoints_.add(history);
   regular_ = other_ = nullptr;
 }
 

@@ -64,26 +64,49 @@ struct Bilinear {
   Vector3 d_eta(double xi) const { return b + xi * w; }
 };
 
-// Minimises |x - p(xi, eta)|^2 / 2 in the square |xi|, |eta| <= 3; what lies beyond the face only has to be told apart from it.
+// What lies beyond the face only has to be told apart from it.
+double within_reach(double xi) { return std::clamp(xi, -3.0, 3.0); }
+
+// Where the minimum is for a face that is nearly a parallelogram: linear in w.
+void guess(const Bilinear& p, const Vector3& x, double& xi, double& eta) {
+  const double h11 = p.a.squaredNorm(), h22 = p.b.squaredNorm(), h12 = p.a.dot(p.b), determinant = h11 * h22 - h12 * h12;
+  xi = eta = 0;
+  if (!(determinant > 1e-10 * h11 * h22)) return;
+  const Vector3 d = x - p.c;
+  const double inverse = 1 / determinant, da = d.dot(p.a), db = d.dot(p.b), wa = p.w.dot(p.a), wb = p.w.dot(p.b);
+  xi = within_reach((h22 * da - h12 * db) * inverse), eta = within_reach((h11 * db - h12 * da) * inverse);
+  const double twist = xi * eta, ea = da - twist * wa, eb = db - twist * wb;
+  xi = within_reach((h22 * ea - h12 * eb) * inverse), eta = within_reach((h11 * eb - h12 * ea) * inverse);
+}
+
+// Minimises |x - p(xi, eta)|^2 in the square |xi|, |eta| <= 3.
 void closest_point(const Bilinear& p, const Vector3& x, double& xi, double& eta) {
-  constexpr double limit = 3;
-  double value = 0.5 * (x - p.at(xi, eta)).squaredNorm();
+  Vector3 r = x - p.at(xi, eta);
+  double value = r.squaredNorm();
   for (int iteration = 0; iteration < 30; ++iteration) {
-    const Vector3 r = x - p.at(xi, eta), u = p.d_xi(eta), v = p.d_eta(xi);
+    const Vector3 u = p.d_xi(eta), v = p.d_eta(xi);
     const double g1 = -r.dot(u), g2 = -r.dot(v), h11 = u.squaredNorm(), h22 = v.squaredNorm(), gauss = u.dot(v);
     double h12 = gauss - r.dot(p.w), determinant = h11 * h22 - h12 * h12;
-    if (determinant <= 1e-10 * h11 * h22) h12 = gauss, determinant = h11 * h22 - h12 * h12;
+    const bool newton = determinant > 1e-10 * h11 * h22;
+    if (!newton) h12 = gauss, determinant = h11 * h22 - h12 * h12;
     if (!(determinant > 1e-14 * h11 * h22)) return;  // a face without area
     const double s1 = -(h22 * g1 - h12 * g2) / determinant, s2 = -(h11 * g2 - h12 * g1) / determinant;
+    // What is left after such a step of Newton's is of the order of its square; the value could not tell it from its round-off
+    if (newton && std::max(std::abs(s1), std::abs(s2)) < 1e-8) {
+      xi = within_reach(xi + s1), eta = within_reach(eta + s2);
+      return;
+    }
     double step = 1, new_xi = xi, new_eta = eta, new_value = value;
+    Vector3 new_r = r;
     for (int halving = 0; halving < 12; ++halving, step *= 0.5) {
-      new_xi = std::clamp(xi + step * s1, -limit, limit), new_eta = std::clamp(eta + step * s2, -limit, limit);
-      new_value = 0.5 * (x - p.at(new_xi, new_eta)).squaredNorm();
+      new_xi = within_reach(xi + step * s1), new_eta = within_reach(eta + step * s2);
+      new_r = x - p.at(new_xi, new_eta);
+      new_value = new_r.squaredNorm();
       if (new_value <= value) break;
     }
-    const double change = std::max(std::abs(new_xi - xi), std::abs(new_eta - eta));
     if (new_value > value) return;
-    xi = new_xi, eta = new_eta, value = new_value;
+    const double change = std::max(std::abs(new_xi - xi), std::abs(new_eta - eta));
+    xi = new_xi, eta = new_eta, value = new_value, r = new_r;
     if (change < 1e-14) return;
   }
 }
@@ -93,7 +116,8 @@ void closest_point(const Bilinear& p, const Vector3& x, double& xi, double& eta)
 Projection project(const FaceCorners& corners, bool triangle, const Vector3& x) {
   if (triangle) return project_to_triangle(corners, x);
   const Bilinear p(corners);
-  double xi = 0, eta = 0;
+  double xi, eta;
+  guess(p, x, xi, eta);
   closest_point(p, x, xi, eta);
   // xi runs over a length of two: half of what it is beyond 1 is the share of the size.
   const double outside = 0.5 * (std::max(std::abs(xi), std::abs(eta)) - 1);
