@@ -35,7 +35,7 @@ SparseMatrix shifted(const Partition& p, double sigma) {
 // Whether a count would fit this machine beside the matrices and the factor.
 bool count_fits(const Partition& p, const SparseCholesky& factor) {
   const double memory = static_cast<double>(::sysconf(_SC_PHYS_PAGES)) * static_cast<double>(::sysconf(_SC_PAGE_SIZE));
-  return 8 * factor.n_nonzeros() + front_bytes(factor.tree()) + 32 * static_cast<double>(p.K_II.nonZeros()) < 0.9 * memory;
+  return factor.bytes() + front_bytes(factor.tree()) + 32 * static_cast<double>(p.K_II.nonZeros()) < 0.9 * memory;
 }
 
 // Number of eigenvalues of (K_II, M_II) below sigma; a shift that hits an eigenvalue is moved up by a hair.

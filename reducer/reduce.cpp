@@ -279,7 +279,7 @@ double panel_memory(double given, const Partition& p, const SparseCholesky& fact
   if (given > 0) return given;
   const auto c = static_cast<double>(p.n_interface());
   const double held =
-      8 * factor.n_nonzeros() + 32 * static_cast<double>(p.M_II.nonZeros()) + 8 * static_cast<double>(Phi.size()) + 32 * c * c;
+      factor.bytes() + 32 * static_cast<double>(p.M_II.nonZeros()) + 8 * static_cast<double>(Phi.size()) + 32 * c * c;
   // Some is given in any case: without panels nothing goes
   const double all = 2 * half_of_memory();
   return std::min(0.5 * all, std::max(0.05 * all, 0.85 * all - held));

@@ -15,6 +15,7 @@
 
 #include "common/error.hpp"
 #include "common/linalg/blas_threads.hpp"
+#include "common/linalg/narrow_product.hpp"
 #include "common/linalg/supernodal_inertia.hpp"
 #include "common/parallel.hpp"
 #include "common/program.hpp"
@@ -28,6 +29,8 @@ static_assert(sizeof(SuiteSparse_long) == sizeof(Index));
 constexpr Index solve_block = 128;
 // Fewer columns than this are not worth a thread.
 constexpr Index least_block = 8;
+// Columns of a supernode: narrower ones waste less memory (half of their square), wider ones have longer products.
+constexpr Index widest_supernode = 512;
 constexpr double vanishing_pivot = 1e-13;
 
 std::string gigabytes(double bytes) {
@@ -131,6 +134,62 @@ struct Cholmod {
     const std::lock_guard lock(one_at_a_time);
     L = cholmod_l_analyze(&view, &common);
     check("ordering", A);
+    if (L->is_super != 0 && !cut_supernodes(widest_supernode)) check("ordering", A);
+  }
+
+  // CHOLMOD keeps a supernode as a rectangle, with the unused half of its diagonal block: for the wide separators of solids a third
+  // more memory than the factor's entries. Those of more than `widest` columns are cut into pieces: each a supernode that begins
+  // with its own rows of the list that they share. False when memory ran out.
+  bool cut_supernodes(Index widest) {
+    const auto n_super = static_cast<Index>(L->nsuper);
+    const auto *super = static_cast<const Index*>(L->super), *pi = static_cast<const Index*>(L->pi);
+    const auto* rows = static_cast<const Index*>(L->s);
+    std::vector<Index> new_super{0}, new_pi{0}, new_px{0}, new_rows;
+    for (Index s = 0; s < n_super; ++s) {
+      const Index columns = super[s + 1] - super[s], pieces = (columns + widest - 1) / widest;
+      for (Index piece = 0; piece < pieces; ++piece) {
+        const Index first = columns * piece / pieces, last = columns * (piece + 1) / pieces;
+        new_rows.insert(new_rows.end(), rows + pi[s] + first, rows + pi[s + 1]);
+        new_super.push_back(super[s] + last);
+        new_pi.push_back(static_cast<Index>(new_rows.size()));
+        new_px.push_back(new_px.back() + (last - first) * (pi[s + 1] - pi[s] - first));
+      }
+    }
+    const auto replace = [&](void*& old, std::size_t old_size, const std::vector<Index>& with) {
+      void* made = cholmod_l_malloc(with.size(), sizeof(Index), &common);
+      if (made == nullptr) return false;
+      std::copy(with.begin(), with.end(), static_cast<Index*>(made));
+      cholmod_l_free(old_size, sizeof(Index), old, &common);
+      old = made;
+      return true;
+    };
+    const std::size_t old = L->nsuper + 1;
+    if (!replace(L->s, L->ssize, new_rows) || !replace(L->super, old, new_super)) return false;
+    if (!replace(L->pi, old, new_pi) || !replace(L->px, old, new_px)) return false;
+    L->nsuper = new_super.size() - 1;
+    L->ssize = new_rows.size();
+    L->xsize = static_cast<std::size_t>(new_px.back());
+    find_workspace();
+    return true;
+  }
+
+  // The largest update of one supernode by another, and the most rows below a supernode: what the factorisation and the solves
+  // allocate.
+  void find_workspace() {
+    const SupernodalFactor f = view();
+    std::vector<Index> owner(static_cast<std::size_t>(f.n));
+    for (Index s = 0; s < f.n_super; ++s) std::fill(owner.begin() + f.super[s], owner.begin() + f.super[s + 1], s);
+    L->maxcsize = L->maxesize = 1;
+    for (Index s = 0; s < f.n_super; ++s) {
+      const Index end = f.pi[s + 1];
+      Index i = f.pi[s] + f.columns(s);
+      L->maxesize = std::max(L->maxesize, static_cast<std::size_t>(end - i));
+      while (i < end) {
+        const Index first = i, of = owner[static_cast<std::size_t>(f.rows[i])];
+        while (i < end && owner[static_cast<std::size_t>(f.rows[i])] == of) ++i;
+        L->maxcsize = std::max(L->maxcsize, static_cast<std::size_t>((end - first) * (i - first)));
+      }
+    }
   }
 
   void factorize(const SparseMatrix& A) {
@@ -226,6 +285,7 @@ Index SparseCholesky::failed_column() const { return impl_->failed; }
 double SparseCholesky::smallest_pivot() const { return impl_->smallest_pivot; }
 Index SparseCholesky::weakest_column() const { return impl_->weakest; }
 Index SparseCholesky::n_rows() const { return impl_->n; }
+double SparseCholesky::bytes() const { return impl_->n == 0 ? 0 : 8 * static_cast<double>(impl_->cholmod.L->xsize); }
 double SparseCholesky::n_nonzeros() const { return impl_->n == 0 ? 0 : impl_->cholmod.common.lnz; }
 double SparseCholesky::flops() const { return impl_->n == 0 ? 0 : impl_->cholmod.common.fl; }
 
@@ -245,15 +305,18 @@ void SparseCholesky::solve_in_place(Eigen::Ref<Matrix> B) const {
   const Index n_blocks = (B.cols() + block - 1) / block;
   std::atomic<Index> next{0};
   const auto work = [&](int) {
-    PanelSolver solver(tree(), block);
+    // A few columns are filled up to the panels that go without BLAS
+    const Index width = std::max(block, narrow::width);
+    PanelSolver solver(tree(), width);
     Matrix X_t;
     for (Index i = next++; i < n_blocks; i = next++) {
       const Index first = i * block, columns = std::min(block, B.cols() - first);
-      X_t.resize(columns, n_rows());
-      load_panel(tree().factor(), B.middleCols(first, columns), X_t);
+      const Index rows = std::max(columns, narrow::width);
+      if (rows != X_t.rows()) X_t.setZero(rows, n_rows());
+      load_panel(tree().factor(), B.middleCols(first, columns), X_t.topRows(columns));
       solver.forward(X_t, tree().all());
       solver.backward(X_t, tree().all());
-      store_panel(tree().factor(), X_t, B.middleCols(first, columns));
+      store_panel(tree().factor(), X_t.topRows(columns), B.middleCols(first, columns));
     }
   };
   try {

@@ -31,6 +31,7 @@ class SparseCholesky {
   Index weakest_column() const;
   Index n_rows() const;
   double n_nonzeros() const;  // of L
+  double bytes() const;       // of memory: with what its rectangles hold beside these
   double flops() const;       // of the factorisation
 
   Matrix solve(const Matrix& B) const;              // A X = B, n x m

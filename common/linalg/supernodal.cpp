@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cassert>
 
+#include "common/linalg/narrow_product.hpp"
+
 namespace cbr {
 namespace {
 
@@ -121,11 +123,57 @@ void PanelSolver::solve_diagonal_transposed(Index s, Eigen::Ref<Matrix> X_t) {
   }
 }
 
+void PanelSolver::narrow_forward(Index s, double* X_t) {
+  constexpr Index w = narrow::width, tile = SupernodeTree::tile;
+  const Index columns = factor_.columns(s), first = factor_.first(s), height = factor_.height(s), below = height - columns;
+  const double* L = factor_.x + factor_.px[s];
+  double *X_1 = X_t + w * first, *work = work_.data();
+  for (Index j = 0; j < columns; j += tile) {
+    const Index size = std::min(tile, columns - j);
+    double* X_j = X_1 + w * j;
+    if (j > 0) {
+      narrow::multiply(L + j, height, size, j, X_1, work);
+      for (Index i = 0; i < w * size; ++i) X_j[i] -= work[i];
+    }
+    narrow::multiply(tree_.inverse(first + j), tile, size, size, X_j, work);
+    std::copy_n(work, w * size, X_j);
+  }
+  // X_2^T -= X_1^T L_2^T   (w x below)
+  narrow::multiply(L + columns, height, below, columns, X_1, work);
+  const Index* rows = factor_.rows + factor_.pi[s] + columns;
+  for (Index i = 0; i < below; ++i)
+    for (Index c = 0; c < w; ++c) X_t[w * rows[i] + c] -= work[w * i + c];
+}
+
+void PanelSolver::narrow_backward(Index s, double* X_t) {
+  constexpr Index w = narrow::width, tile = SupernodeTree::tile;
+  const Index columns = factor_.columns(s), first = factor_.first(s), height = factor_.height(s), below = height - columns;
+  const double* L = factor_.x + factor_.px[s];
+  double *X_1 = X_t + w * first, *work = work_.data();
+  const Index* rows = factor_.rows + factor_.pi[s] + columns;
+  for (Index i = 0; i < below; ++i) std::copy_n(X_t + w * rows[i], w, work + w * i);
+  // X_1^T -= X_2^T L_2   (w x columns)
+  narrow::subtract_transposed(L + columns, height, below, columns, work, X_1);
+  for (Index j = (columns - 1) / tile * tile; j >= 0; j -= tile) {
+    const Index size = std::min(tile, columns - j), after = columns - j - size;
+    double* X_j = X_1 + w * j;
+    narrow::subtract_transposed(L + j * height + j + size, height, after, size, X_j + w * size, X_j);
+    // X_j^T <- X_j^T L_jj^-1 = -(0 - X_j^T L_jj^-1)
+    std::fill_n(work, w * size, 0.0);
+    narrow::subtract_transposed(tree_.inverse(first + j), tile, size, size, X_j, work);
+    for (Index i = 0; i < w * size; ++i) X_j[i] = -work[i];
+  }
+}
+
 void PanelSolver::forward(Eigen::Ref<Matrix> X_t, const SupernodeSet& set) {
   const Index w = X_t.rows();
   assert(X_t.cols() == factor_.n && w <= work_.rows() && X_t.innerStride() == 1);
   const int stride = as_int(X_t.outerStride());
   for (const Index s : set.supernodes) {
+    if (w == narrow::width && stride == w && work_.rows() == w) {
+      narrow_forward(s, X_t.data());
+      continue;
+    }
     const Index columns = factor_.columns(s), height = factor_.height(s), below = height - columns;
     solve_diagonal(s, X_t);
     if (below == 0) continue;
@@ -151,6 +199,10 @@ void PanelSolver::backward(Eigen::Ref<Matrix> X_t, const SupernodeSet& set) {
   const int stride = as_int(X_t.outerStride());
   for (auto it = set.supernodes.rbegin(); it != set.supernodes.rend(); ++it) {
     const Index s = *it, columns = factor_.columns(s), height = factor_.height(s), below = height - columns;
+    if (w == narrow::width && stride == w && work_.rows() == w) {
+      narrow_backward(s, X_t.data());
+      continue;
+    }
     const Slabs slabs(w, columns, below, backward_slab);
     const Index* rows = factor_.rows + factor_.pi[s] + columns;
     for (Index r = 0; r < w && below > 0; r += slabs.rows) {

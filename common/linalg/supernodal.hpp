@@ -58,11 +58,13 @@ class SupernodeTree {
 };
 
 // Solves of one thread; keeps its workspace. Panels are transposed, X^T (width x n), and their columns in the order of elimination,
-// so that a row of X is contiguous: gathers and scatters move whole lines, and every supernode is one dtrsm and one dgemm.
+// so that a row of X is contiguous: gathers and scatters move whole lines, and every supernode is a few products of tiles and one
+// dgemm.
 class PanelSolver {
  public:
   PanelSolver(const SupernodeTree& tree, Index width);
 
+  // Panels of exactly narrow::width rows with that stride, which need not all be wanted, go without BLAS.
   // X <- L^-1 X; supernodes that are not in the set are neither read nor written, and X must be zero there.
   void forward(Eigen::Ref<Matrix> X_t, const SupernodeSet& set);
   // X <- L^-T X on the supernodes of the set, which must hold the ancestors of each; X is not touched elsewhere.
@@ -70,6 +72,8 @@ class PanelSolver {
 
  private:
   void solve_diagonal(Index s, Eigen::Ref<Matrix> X_t);
+  void narrow_forward(Index s, double* X_t);
+  void narrow_backward(Index s, double* X_t);
   void solve_diagonal_transposed(Index s, Eigen::Ref<Matrix> X_t);
 
   const SupernodeTree& tree_;

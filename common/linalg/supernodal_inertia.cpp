@@ -69,10 +69,39 @@ bool eliminate(Eigen::Ref<Matrix> A, const double* limit) {
   return true;
 }
 
+// Columns that are eliminated together, and the rows that they share.
+struct Front {
+  Index first = 0, columns = 0, height = 0;
+  const Index* rows = nullptr;
+  Index parent = -1;  // a front, -1: none
+  Index below() const { return height - columns; }
+};
+
+// Supernodes whose rows are those of the next one and their own columns are one front: the pieces of a wide one among them.
+std::vector<Front> fronts_of(const SupernodeTree& tree) {
+  const SupernodalFactor& f = tree.factor();
+  std::vector<Front> fronts;
+  std::vector<Index> front_of(static_cast<std::size_t>(f.n_super)), above;
+  for (Index s = 0; s < f.n_super; ++s) {
+    const bool goes_on = s > 0 && tree.parent(s - 1) == s && f.height(s) == f.height(s - 1) - f.columns(s - 1);
+    if (goes_on) {
+      fronts.back().columns += f.columns(s);
+      above.back() = tree.parent(s);
+    } else {
+      fronts.push_back({f.first(s), f.columns(s), f.height(s), f.rows + f.pi[s], -1});
+      above.push_back(tree.parent(s));
+    }
+    front_of[static_cast<std::size_t>(s)] = static_cast<Index>(fronts.size()) - 1;
+  }
+  for (std::size_t i = 0; i < fronts.size(); ++i)
+    if (above[i] >= 0) fronts[i].parent = front_of[static_cast<std::size_t>(above[i])];
+  return fronts;
+}
+
 class Counter {
  public:
   Counter(const SupernodeTree& tree, const SparseMatrix& A, double vanishing)
-      : tree_(tree), f_(tree.factor()), A_(permuted_lower(A, f_.order)), updates_(static_cast<std::size_t>(f_.n_super)) {
+      : f_(tree.factor()), fronts_(fronts_of(tree)), A_(permuted_lower(A, f_.order)), updates_(fronts_.size()) {
     limit_.resize(static_cast<std::size_t>(f_.n), 0.0);
     double scale = 0;
     for (Index j = 0; j < f_.n; ++j) {
@@ -81,26 +110,25 @@ class Counter {
       scale = std::max(scale, limit_[static_cast<std::size_t>(j)]);
     }
     for (double& limit : limit_) limit = vanishing * std::max(limit, std::numeric_limits<double>::epsilon() * scale);
-    children_.resize(static_cast<std::size_t>(f_.n_super));
-    for (Index s = 0; s < f_.n_super; ++s)
-      if (tree.parent(s) >= 0) children_[static_cast<std::size_t>(tree.parent(s))].push_back(s);
+    children_.resize(fronts_.size());
+    for (Index s = 0; s < n_fronts(); ++s)
+      if (fronts_[s].parent >= 0) children_[static_cast<std::size_t>(fronts_[s].parent)].push_back(s);
   }
 
   std::optional<Index> run() {
     plan();
-    std::atomic<std::size_t> next{0};
-    {
-      const SingleThreadedBlas blas;
-      run_threads(n_threads(), [&](int) {
-        std::vector<Index> position(static_cast<std::size_t>(f_.n), -1);
-        for (std::size_t i = next++; i < subtrees_.size() && fine(); i = next++)
-          for (Index s = subtrees_[i].first; s <= subtrees_[i].last && fine(); ++s) front(s, position);
-      });
-    }
-    // Few and large: here BLAS's own threads have enough to do.
     std::vector<Index> position(static_cast<std::size_t>(f_.n), -1);
-    for (const Index s : top_)
+    std::size_t subtree = 0;
+    for (const Index s : top_) {
+      // The subtrees below it first, and no others: what waits for a parent takes memory
+      std::size_t last = subtree;
+      while (last < subtrees_.size() && subtrees_[last].last < s) ++last;
+      eliminate_subtrees(subtree, last);
+      subtree = last;
+      // Few and large: here BLAS's own threads have enough to do.
       if (fine()) front(s, position);
+    }
+    eliminate_subtrees(subtree, subtrees_.size());
     if (foreign_) return std::nullopt;
     return vanished_ ? Index{-1} : negative_.load();
   }
@@ -111,15 +139,27 @@ class Counter {
   };
 
   bool fine() const { return !vanished_ && !foreign_; }
+  Index n_fronts() const { return static_cast<Index>(fronts_.size()); }
 
-  // In postorder a subtree is a range of supernodes that ends with its root.
+  void eliminate_subtrees(std::size_t first, std::size_t last) {
+    if (first == last) return;
+    std::atomic<std::size_t> next{first};
+    const SingleThreadedBlas blas;
+    run_threads(static_cast<int>(std::min<std::size_t>(static_cast<std::size_t>(n_threads()), last - first)), [&](int) {
+      std::vector<Index> position(static_cast<std::size_t>(f_.n), -1);
+      for (std::size_t i = next++; i < last && fine(); i = next++)
+        for (Index s = subtrees_[i].first; s <= subtrees_[i].last && fine(); ++s) front(s, position);
+    });
+  }
+
+  // In postorder a subtree is a range of fronts that ends with its root.
   void plan() {
-    std::vector<double> work(static_cast<std::size_t>(f_.n_super), 0.0);
+    std::vector<double> work(fronts_.size(), 0.0);
     std::vector<Index> first(work.size());
     double total = 0;
-    for (Index s = 0; s < f_.n_super; ++s) {
+    for (Index s = 0; s < n_fronts(); ++s) {
       const auto i = static_cast<std::size_t>(s);
-      const auto height = static_cast<double>(f_.height(s)), below = height - static_cast<double>(f_.columns(s));
+      const auto height = static_cast<double>(fronts_[i].height), below = static_cast<double>(fronts_[i].below());
       const double own = height * height * height - below * below * below;
       total += own;
       work[i] += own;
@@ -130,33 +170,34 @@ class Counter {
       }
     }
     const double most = total / 8;
-    for (Index s = 0; s < f_.n_super; ++s) {
+    for (Index s = 0; s < n_fronts(); ++s) {
       const auto i = static_cast<std::size_t>(s);
       if (work[i] > most) {
         top_.push_back(s);
-      } else if (tree_.parent(s) < 0 || work[static_cast<std::size_t>(tree_.parent(s))] > most) {
+      } else if (fronts_[i].parent < 0 || work[static_cast<std::size_t>(fronts_[i].parent)] > most) {
         subtrees_.push_back({first[i], s});
       }
     }
     Index covered = static_cast<Index>(top_.size());
     for (const Subtree& subtree : subtrees_) covered += subtree.last - subtree.first + 1;
-    if (covered == f_.n_super) return;
+    if (covered == n_fronts()) return;
     // Not in postorder after all: one after another, as children always come before their parents.
     subtrees_.clear();
-    top_.resize(static_cast<std::size_t>(f_.n_super));
+    top_.resize(fronts_.size());
     std::iota(top_.begin(), top_.end(), Index{0});
   }
 
-  // The frontal matrix of a supernode, its pivots eliminated; what is left of it waits for the parent.
+  // The frontal matrix, its pivots eliminated; what is left of it waits for the parent.
   void front(Index s, std::vector<Index>& position) {
-    const Index height = f_.height(s), columns = f_.columns(s), below = height - columns;
-    const Index* rows = f_.rows + f_.pi[s];
+    const Front& own = fronts_[static_cast<std::size_t>(s)];
+    const Index height = own.height, columns = own.columns, below = own.below();
+    const Index* rows = own.rows;
     for (Index i = 0; i < height; ++i) position[static_cast<std::size_t>(rows[i])] = i;
     Matrix F = Matrix::Zero(height, columns), rest = Matrix::Zero(below, below);
     assemble(s, position, F);
     for (const Index child : children_[static_cast<std::size_t>(s)]) extend_add(child, position, F, rest);
     for (Index i = 0; i < height; ++i) position[static_cast<std::size_t>(rows[i])] = -1;
-    if (!fine() || !eliminate_columns(f_.first(s), F)) return;
+    if (!fine() || !eliminate_columns(own.first, F)) return;
     if (below == 0) return;
     // rest <- rest - L_2 D L_2^T
     const Matrix W = F.bottomRows(below) * F.diagonal().asDiagonal();
@@ -166,7 +207,7 @@ class Counter {
 
   void assemble(Index s, const std::vector<Index>& position, Matrix& F) {
     for (Index j = 0; j < F.cols(); ++j) {
-      for (SparseMatrix::InnerIterator it(A_, f_.first(s) + j); it; ++it) {
+      for (SparseMatrix::InnerIterator it(A_, fronts_[static_cast<std::size_t>(s)].first + j); it; ++it) {
         const Index i = position[static_cast<std::size_t>(it.row())];
         if (i < 0) {
           foreign_ = true;
@@ -180,7 +221,8 @@ class Counter {
   void extend_add(Index child, const std::vector<Index>& position, Matrix& F, Matrix& rest) {
     Matrix U = std::move(updates_[static_cast<std::size_t>(child)]);
     updates_[static_cast<std::size_t>(child)].resize(0, 0);
-    const Index* rows = f_.rows + f_.pi[child] + f_.columns(child);
+    const Front& from = fronts_[static_cast<std::size_t>(child)];
+    const Index* rows = from.rows + from.columns;
     const Index columns = F.cols(), m = U.rows();
     std::vector<Index> to(static_cast<std::size_t>(m));
     for (Index i = 0; i < m; ++i) to[static_cast<std::size_t>(i)] = position[static_cast<std::size_t>(rows[i])];
@@ -220,11 +262,11 @@ class Counter {
     return true;
   }
 
-  const SupernodeTree& tree_;
   const SupernodalFactor& f_;
+  std::vector<Front> fronts_;  // children before their parents
   SparseMatrix A_;
   std::vector<double> limit_;                 // per pivot
-  std::vector<std::vector<Index>> children_;  // per supernode, ascending
+  std::vector<std::vector<Index>> children_;  // per front, ascending
   std::vector<Matrix> updates_;               // lower triangles
   std::vector<Subtree> subtrees_;
   std::vector<Index> top_;
@@ -240,15 +282,15 @@ std::optional<Index> count_negative_pivots(const SupernodeTree& tree, const Spar
 }
 
 double front_bytes(const SupernodeTree& tree) {
-  const SupernodalFactor& f = tree.factor();
-  std::vector<double> waiting(static_cast<std::size_t>(f.n_super), 0.0);  // updates of the children
+  const std::vector<Front> fronts = fronts_of(tree);
+  std::vector<double> waiting(fronts.size(), 0.0);  // updates of the children
   double held = 0, most = 0;
-  for (Index s = 0; s < f.n_super; ++s) {
-    const auto columns = static_cast<double>(f.columns(s)), below = static_cast<double>(f.height(s)) - columns;
+  for (std::size_t s = 0; s < fronts.size(); ++s) {
+    const auto columns = static_cast<double>(fronts[s].columns), below = static_cast<double>(fronts[s].below());
     const double update = 8 * below * below;
     most = std::max(most, held + update + 8 * (columns + 2 * below) * columns);
-    held += update - waiting[static_cast<std::size_t>(s)];
-    if (tree.parent(s) >= 0) waiting[static_cast<std::size_t>(tree.parent(s))] += update;
+    held += update - waiting[s];
+    if (fronts[s].parent >= 0) waiting[static_cast<std::size_t>(fronts[s].parent)] += update;
   }
   return most;
 }

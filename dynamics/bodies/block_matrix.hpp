@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "common/types.hpp"
-#include "dynamics/bodies/row_threads.hpp"
+#include "common/row_threads.hpp"
 
 namespace cbr {
 

@@ -6,8 +6,8 @@
 #include <cassert>
 
 #include "common/linalg/symmetric_product.hpp"
-#include "common/parallel.hpp"
 #include "common/program.hpp"
+#include "common/row_threads.hpp"
 
 namespace cbr {
 namespace {
@@ -20,7 +20,7 @@ const StoredLanes* at(const double* x) { return reinterpret_cast<const StoredLan
 StoredLanes* at(double* x) { return reinterpret_cast<StoredLanes*>(x); }
 
 // Below this many bytes a thread costs more than it saves.
-constexpr double threaded_bytes = 8e6;
+constexpr double threaded_bytes = 4e6;
 
 template <int P>
 using Columns = std::array<const double*, P>;
@@ -119,7 +119,7 @@ void add_columns(const Matrix& S, const std::vector<Index>& columns, const Matri
   };
   const Index n = S.rows();
   if (threads <= 1 || 8.0 * static_cast<double>(n) * static_cast<double>(columns.size()) < threaded_bytes) return rows(0, n);
-  run_threads(threads, [&](int t) {
+  run_kept_threads(threads, [&](int t) {
     const auto part = [&](int i) { return i == threads ? n : n * i / threads / lanes * lanes; };  // the same sums for any number
     rows(part(t), part(t + 1));
   });

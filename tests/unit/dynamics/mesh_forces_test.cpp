@@ -4,7 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include <atomic>
 #include <random>
 
 #include "tests/unit/dynamics/bricks.hpp"
@@ -151,23 +150,6 @@ TEST(MeshForces, BodiesMoveAlike) {
   EXPECT_LT((a.angular_momentum - c.angular_momentum).norm(), 1e-12 * a.angular_momentum.norm());
   EXPECT_NEAR(first.work().external, third.work().external, 1e-11 * std::abs(first.work().external));
   EXPECT_NEAR(first.work().friction, third.work().friction, 1e-11 * std::abs(first.work().friction));
-}
-
-TEST(RowThreads, EveryRowOnceInEveryRound) {
-  for (const int n_threads : {1, 2, 5}) {
-    RowThreads threads(n_threads);
-    EXPECT_EQ(threads.size(), n_threads);
-    std::vector<int> count(1000, 0);
-    constexpr int rounds = 2000;
-    for (int round = 0; round < rounds; ++round)
-      threads.for_rows(1000, [&](Index begin, Index end) {
-        for (Index i = begin; i < end; ++i) ++count[i];
-      });
-    EXPECT_EQ(count, std::vector<int>(1000, rounds));
-    std::atomic<int> runs = 0;
-    threads.run([&](int) { ++runs; });
-    EXPECT_EQ(runs.load(), n_threads);
-  }
 }
 
 }  // namespace

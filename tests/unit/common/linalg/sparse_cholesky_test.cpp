@@ -51,6 +51,42 @@ TEST(SparseCholesky, SolvesInPlaceInABlockOfALargerMatrix) {
   EXPECT_EQ(X.bottomRows(1), B.bottomRows(1));
 }
 
+TEST(SparseCholesky, FewRightHandSidesAtATime) {
+  const SparseMatrix A = grid_stiffness(8, true);
+  const SparseCholesky factor(A);
+  for (const Index columns : {1, 2, 3, 7, 8, 9, 15, 16, 17, 40, 132}) {
+    const Matrix B = random_like(A.rows(), columns, 0.4);
+    EXPECT_LT(residual(A, factor.solve(B), B), 1e-13) << columns;
+  }
+}
+
+// D + u u^T, dense: one supernode of all columns.
+TEST(SparseCholesky, WideSupernodesAreCutIntoPieces) {
+  constexpr Index n = 1300;
+  const Vector D = Vector::LinSpaced(n, 1, 2), u = random_like(n, 1, 0.7).col(0).normalized();
+  const auto shifted = [&](double sigma) {
+    Matrix A = u * u.transpose();
+    A.diagonal() += D - Vector::Constant(n, sigma);
+    return SparseMatrix(A.sparseView());
+  };
+  const SparseMatrix A = shifted(0);
+  const SparseCholesky factor(A);
+  EXPECT_EQ(factor.n_nonzeros(), 0.5 * n * (n + 1));
+  EXPECT_LT(factor.bytes(), 0.8 * 8 * n * n);
+  EXPECT_GE(factor.bytes(), 8 * factor.n_nonzeros());
+  for (const Index columns : {1, 5, 60}) {
+    const Matrix B = random_like(n, columns, 0.2);
+    EXPECT_LT(residual(A, factor.solve(B), B), 1e-13) << columns;
+  }
+  for (const double sigma : {0.5, 1.2345, 1.8765, 2.5}) {
+    // By the inertia of [D - sigma, u; u^T, -1], eliminated from either end
+    const Vector d = D.array() - sigma;
+    const Index expected = (d.array() < 0).count() + (1 + u.cwiseAbs2().cwiseQuotient(d).sum() > 0 ? 1 : 0) - 1;
+    EXPECT_EQ(negative_inertia(shifted(sigma)), expected);
+    EXPECT_EQ(negative_inertia(shifted(sigma), &factor), expected);
+  }
+}
+
 TEST(SparseCholesky, ReadsTheLowerTriangleOnly) {
   SparseMatrix A = grid_stiffness(4, true);
   const SparseMatrix lower = A.triangularView<Eigen::Lower>();

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dynamics/bodies/row_threads.hpp"
+#include "common/row_threads.hpp"
 
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
+#include <exception>
 #include <mutex>
+#include <system_error>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace cbr {
@@ -34,9 +37,19 @@ struct RowThreads::Impl {
   std::condition_variable start, done;
   std::vector<std::thread> threads;
   const std::function<void(int)>* work = nullptr;
+  std::exception_ptr failure;  // the first of a round
   std::atomic<std::uint64_t> round = 0;
   std::atomic<int> running = 0;
   std::atomic<bool> quit = false;
+
+  void guarded(int t) {
+    try {
+      (*work)(t);
+    } catch (...) {
+      const std::lock_guard lock(mutex);
+      if (!failure) failure = std::current_exception();
+    }
+  }
 
   void loop(int t) {
     std::uint64_t seen = 0;
@@ -48,7 +61,7 @@ struct RowThreads::Impl {
       }
       if (quit) return;
       seen = round;
-      (*work)(t);
+      guarded(t);
       if (running.fetch_sub(1) == 1) {
         // Taken, so that the caller cannot fall asleep between its look at `running` and this.
         const std::lock_guard lock(mutex);
@@ -61,7 +74,10 @@ struct RowThreads::Impl {
 RowThreads::RowThreads(int n_threads) {
   if (n_threads <= 1) return;
   impl_ = std::make_unique<Impl>();
-  for (int t = 1; t < n_threads; ++t) impl_->threads.emplace_back([impl = impl_.get(), t] { impl->loop(t); });
+  try {
+    for (int t = 1; t < n_threads; ++t) impl_->threads.emplace_back([impl = impl_.get(), t] { impl->loop(t); });
+  } catch (const std::system_error&) {  // the system grants no more: size() tells
+  }
 }
 
 RowThreads::~RowThreads() {
@@ -88,15 +104,31 @@ void RowThreads::run(const std::function<void(int)>& work) {
     ++impl_->round;
   }
   impl_->start.notify_all();
-  work(0);
+  impl_->guarded(0);
   const auto is_done = [&] { return impl_->running.load() == 0; };
-  if (soon(is_done)) return;
-  std::unique_lock lock(impl_->mutex);
-  impl_->done.wait(lock, is_done);
+  if (!soon(is_done)) {
+    std::unique_lock lock(impl_->mutex);
+    impl_->done.wait(lock, is_done);
+  }
+  if (impl_->failure) std::rethrow_exception(std::exchange(impl_->failure, nullptr));
 }
 
 void RowThreads::for_rows(Index n, const std::function<void(Index, Index)>& work) {
   run([&](int t) { work(part(n, t), part(n, t + 1)); });
+}
+
+void run_kept_threads(int n, const std::function<void(int)>& work) {
+  static std::mutex taken;
+  static std::unique_ptr<RowThreads> kept;
+  static int wanted = 0;
+  const std::unique_lock lock(taken, std::try_to_lock);
+  if (n <= 1 || !lock) {
+    for (int t = 0; t < n; ++t) work(t);
+    return;
+  }
+  if (wanted != n) kept = std::make_unique<RowThreads>(n), wanted = n;
+  kept->run(work);
+  for (int t = kept->size(); t < n; ++t) work(t);
 }
 
 }  // namespace cbr

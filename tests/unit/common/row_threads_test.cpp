@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "common/row_threads.hpp"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <stdexcept>
+#include <vector>
+
+#include "common/parallel.hpp"
+
+namespace cbr {
+namespace {
+
+TEST(RowThreads, EveryRowOnceInEveryRound) {
+  for (const int n_threads : {1, 2, 5}) {
+    RowThreads threads(n_threads);
+    EXPECT_EQ(threads.size(), n_threads);
+    std::vector<int> count(1000, 0);
+    constexpr int rounds = 2000;
+    for (int round = 0; round < rounds; ++round)
+      threads.for_rows(1000, [&](Index begin, Index end) {
+        for (Index i = begin; i < end; ++i) ++count[i];
+      });
+    EXPECT_EQ(count, std::vector<int>(1000, rounds));
+    std::atomic<int> runs = 0;
+    threads.run([&](int) { ++runs; });
+    EXPECT_EQ(runs.load(), n_threads);
+  }
+}
+
+TEST(RowThreads, HandOnAnExceptionWhenAllHaveEnded) {
+  for (const int thrower : {0, 1, 2}) {
+    RowThreads threads(3);
+    for (int round = 0; round < 20; ++round) {
+      std::atomic<int> ended = 0;
+      const auto work = [&](int t) {
+        if (t == thrower) throw std::runtime_error("of one");
+        ++ended;
+      };
+      EXPECT_THROW(threads.run(work), std::runtime_error);
+      EXPECT_EQ(ended.load(), 2);
+      threads.run([&](int) { ++ended; });
+      EXPECT_EQ(ended.load(), 5);
+    }
+  }
+}
+
+TEST(RunKeptThreads, DoesEveryShareOnceWhoeverElseCalls) {
+  run_threads(3, [](int) {
+    for (int round = 0; round < 300; ++round) {
+      const int n = 1 + round % 3;
+      std::vector<std::atomic<int>> done(3);
+      run_kept_threads(n, [&](int t) { ++done[static_cast<std::size_t>(t)]; });
+      for (int t = 0; t < 3; ++t) ASSERT_EQ(done[static_cast<std::size_t>(t)], t < n ? 1 : 0);
+    }
+  });
+}
+
+}  // namespace
+}  // namespace cbr
