@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "common/error.hpp"
+#include "common/linalg/blas_threads.hpp"
 #include "common/output_file.hpp"
 #include "common/program.hpp"
 #include "common/scene.hpp"
@@ -18,6 +19,9 @@
 
 namespace cbr {
 namespace {
+
+// From this size on factors of W are worth BLAS's threads: below, two of them took longer than one (T1, r = 2: 1953 dofs).
+constexpr Index worth_blas_threads = 20'000'000;
 
 // InputError when the results cannot be written where they are to go: found before the run and not after it.
 void check_target(const Scene& scene, const std::filesystem::path& results, const std::filesystem::path& restart) {
@@ -49,6 +53,13 @@ void count_work(const Simulation& simulation, const RunResult& result, Report& r
   report.count("pair_searches", static_cast<double>(result.work.pair_searches));
   report.count("motion_bounds", static_cast<double>(result.work.bounds));
   report.count("outputs", static_cast<double>(result.time.size()));
+}
+
+// The largest matrix of contact's answers, a number for each pair of dofs of a body's contact nodes.
+Index largest_response(const Simulation& simulation) {
+  Index most = 0;
+  for (const ContactNodes& set : simulation.contact_nodes) most = std::max(most, 3 * static_cast<Index>(set.nodes.size()));
+  return most * most;
 }
 
 UnchangedFiles inputs_of(const Scene& scene) {
@@ -104,6 +115,9 @@ class Run {
     }
     if (state_) options.restart = &*state_;
     const auto phase = report_.phase("steps");
+    std::optional<SingleThreadedBlas> one_thread;
+    if (largest_response(built_.simulation) < worth_blas_threads) one_thread.emplace();
+    rest_blas_threads();
     RunResult result = cbr::run(built_.simulation, options);
     report_.end_progress();
     return result;

@@ -7,6 +7,8 @@
 extern "C" {
 void openblas_set_num_threads(int n);
 int openblas_get_num_threads(void);
+// What OpenBLAS calls before a fork: threads are started anew when they are next needed.
+[[gnu::weak]] int blas_thread_shutdown_(void);
 }
 
 namespace cbr {
@@ -16,6 +18,11 @@ std::mutex lock;
 int n_alive = 0, threads_before = 1;
 
 }  // namespace
+
+void rest_blas_threads() {
+  const std::scoped_lock guard(lock);
+  if (blas_thread_shutdown_ != nullptr) blas_thread_shutdown_();
+}
 
 SingleThreadedBlas::SingleThreadedBlas() {
   const std::scoped_lock guard(lock);

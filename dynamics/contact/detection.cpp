@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dynamics/contact/face_slabs.hpp"
 #include "dynamics/contact/surface_geometry.hpp"
 
 namespace cbr {
@@ -18,8 +19,9 @@ struct Step {
   const ContactBody& master_body;
   const DetectionOptions& options;
   bool initial;
-  double reach;   // gaps up to this are candidates
-  Vector3 drift;  // mean motion of the master surface: boxes are swept by relative motion only
+  double reach;                        // gaps up to this are candidates
+  Vector3 drift;                       // mean motion of the master surface: boxes are swept by relative motion only
+  const std::vector<FaceSlab>& slabs;  // per master face
 };
 
 struct Hit {
@@ -69,6 +71,12 @@ void fill_boxes(const Step& step, PairMemory& memory) {
   }
 }
 
+void fill_slabs(const ContactSurface& master, const ContactBody& body, double edge, std::vector<FaceSlab>& slabs) {
+  slabs.clear();
+  for (Index f = 0; f < master.faces.rows(); ++f)
+    slabs.push_back(face_slab(corners(master, f, body.start), corners(master, f, body.end), is_triangle(master, f), edge));
+}
+
 // Whether a node that is behind a face at the start of the step is to be held by it. Beside an edge of a body a node is behind the
 // faces of both sides: the one that it neither touched nor lies under is not to push it out.
 bool held_from_behind(const Step& step, const Projection& before, const Hit& hit, double size, double edge) {
@@ -109,6 +117,7 @@ bool passes_through(const FaceCorners& start, const FaceCorners& end, bool trian
 
 // Whether the node came through the face during the step, or touches or nears it; fills `hit`.
 bool meets(const Step& step, const Node& node, Index face, Hit& hit) {
+  if (is_beside(step.slabs[face], node.start, node.end)) return false;
   const bool triangle = is_triangle(step.master, face);
   const double size = step.master.sizes[face];
   const FaceCorners end = corners(step.master, face, step.master_body.end);
@@ -267,7 +276,9 @@ void detect(const ContactSurface& slave, const ContactBody& slave_body, const Co
     forget(memory);
     return;
   }
-  Step step{slave, slave_body, master, master_body, options, initial, 0, mean_motion(master, master_body)};
+  thread_local std::vector<FaceSlab> slabs;
+  fill_slabs(master, master_body, options.edge_tolerance, slabs);
+  Step step{slave, slave_body, master, master_body, options, initial, 0, mean_motion(master, master_body), slabs};
   step.reach =
       contact_reach(master.size, largest_motion(slave, slave_body, step.drift) + largest_motion(master, master_body, step.drift),
                     initial, memory);
