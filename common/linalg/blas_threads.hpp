@@ -18,7 +18,7 @@ class SingleThreadedBlas {
 };
 
 // Ends BLAS's threads, which spin for a tenth of a second after a product and take from ours; its next product for which it wants
-// them starts them again. Where BLAS is not OpenBLAS nothing is done.
+// them starts them again, as does a change of their number. Where BLAS is not OpenBLAS nothing is done.
 void rest_blas_threads();
 
 // BLAS with one thread for a small product: its threads wait by spinning, which takes more from the program than they give.

@@ -4,6 +4,8 @@
 #include <algorithm>
 
 #include "common/linalg/blas_threads.hpp"
+#include "common/linalg/dense_factor.hpp"
+#include "common/linalg/huge_pages.hpp"
 #include "dynamics/bodies/diagonal_form.hpp"
 
 namespace cbr {
@@ -69,7 +71,7 @@ void NodeRows::kick(const Points& p, const Matrix3& T, Points& local, Vector& ki
 std::shared_ptr<const Matrix> NodeRows::response(const ResponseOf& of, const Vector& weight) const {
   for (const auto& [known, block] : responses_)
     if (known == of) return block;
-  Matrix S = Matrix::Zero(n_dofs(), n_dofs());
+  Matrix S = zeros_on_huge_pages(n_dofs(), n_dofs());
   if (n_ == 0) {  // every dof is held
   } else if (weight.minCoeff() >= 0) {
     // Positive weights (exact: below omega h = pi) are half the work
@@ -78,7 +80,7 @@ std::shared_ptr<const Matrix> NodeRows::response(const ResponseOf& of, const Vec
   } else {
     S.noalias() = Vt().transpose() * (weight.asDiagonal() * Vt());
   }
-  S.triangularView<Eigen::StrictlyUpper>() = S.transpose();
+  mirror_lower(S);
   if (responses_.size() == most_responses) responses_.erase(responses_.begin());
   responses_.emplace_back(of, std::make_shared<const Matrix>(std::move(S)));
   return responses_.back().second;

@@ -6,6 +6,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "common/linalg/dense_factor.hpp"
+#include "common/linalg/huge_pages.hpp"
+
 namespace cbr {
 namespace {
 
@@ -27,11 +30,11 @@ class HighModes final : public ScaledPart {
   Matrix block(const std::vector<Index>& coordinates) const override {
     const Index n = static_cast<Index>(coordinates.size());
     // G = diag(clip / omega) V^T, S = G^T G on the coordinates' columns   (n_scaled x n, n x n)
-    Matrix G = Matrix::Zero(scale_.size(), n), S = Matrix::Zero(n, n);
+    Matrix G = zeros_on_huge_pages(scale_.size(), n), S = zeros_on_huge_pages(n, n);
     for (Index i = 0; i < n; ++i)
       if (coordinates[i] >= 0) G.col(i) = form_->V.row(coordinates[i]).tail(scale_.size()).transpose().cwiseProduct(scale_);
     S.selfadjointView<Eigen::Lower>().rankUpdate(G.transpose());
-    S.triangularView<Eigen::StrictlyUpper>() = S.transpose();
+    mirror_lower(S);
     return S;
   }
 

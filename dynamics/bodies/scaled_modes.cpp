@@ -7,25 +7,10 @@
 #include <cmath>
 #include <utility>
 
+#include "common/linalg/dense_factor.hpp"
+#include "common/linalg/huge_pages.hpp"
+
 namespace cbr {
-
-namespace {
-
-// By tiles that fit the cache: whole rows would touch a page for each number.
-void mirror_lower(Matrix& B) {
-  constexpr Index tile = 64;
-  const Index n = B.rows();
-  for (Index j = 0; j < n; j += tile) {
-    const Index columns = std::min(tile, n - j);
-    for (Index c = j; c < j + columns; ++c) B.row(c).segment(c, j + columns - c) = B.col(c).segment(c, j + columns - c).transpose();
-    for (Index i = j + columns; i < n; i += tile) {
-      const Index rows = std::min(tile, n - i);
-      B.block(j, i, columns, rows) = B.block(i, j, rows, columns).transpose();
-    }
-  }
-}
-
-}  // namespace
 
 std::shared_ptr<const Matrix> ScaledRows::response(double h, double contact_step, const ScaledGain& gain) const {
   if (last_.block && last_.h == h && last_.contact_step == contact_step) return last_.block;
@@ -36,7 +21,7 @@ std::shared_ptr<const Matrix> ScaledRows::response(double h, double contact_step
   Vector weight(omega.size());  // sin(omega h) / omega, positive below omega h = pi
   for (Index j = 0; j < omega.size(); ++j) weight[j] = omega[j] == 0 ? h : std::sin(omega[j] * h) / omega[j];
   if (contact_step > 0) weight.array() *= gain.kept.array();
-  Matrix B = Matrix::Zero(Vt.cols(), Vt.cols());
+  Matrix B = zeros_on_huge_pages(Vt.cols(), Vt.cols());
   if (weight.size() == 0 || Vt.cols() == 0) {  // BLAS minds a product over nothing
   } else if (weight.minCoeff() >= 0) {
     const Matrix half = weight.cwiseSqrt().asDiagonal() * Vt;

@@ -9,6 +9,7 @@
 #include "common/error.hpp"
 #include "common/linalg/dense_factor.hpp"
 #include "common/linalg/eigenpairs.hpp"
+#include "common/linalg/huge_pages.hpp"
 
 namespace cbr {
 namespace {
@@ -105,7 +106,7 @@ Matrix ScaledSystem::gather(const Matrix& F) const {
 
 Matrix ScaledSystem::interface_block(const Matrix& G, const std::vector<Index>& coordinates) const {
   const Index m = static_cast<Index>(coordinates.size());
-  Matrix S = Matrix::Zero(m, m);
+  Matrix S = zeros_on_huge_pages(m, m);
   if (!held_) {
     for (Index j = 0; j < m; ++j) {
       if (coordinates[j] < 0) continue;

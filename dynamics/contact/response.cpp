@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "common/linalg/dense_factor.hpp"
+
 namespace cbr {
 namespace {
 
@@ -35,17 +37,19 @@ RowMajorSparse rows_of_body(const ContactList& list, const std::vector<PointLaw>
 // G_b S_b G_b^T over the rows that are not empty   (r x r)
 Matrix dense_block(const RowMajorSparse& G, const std::vector<Index>& rows, const Matrix& S) {
   const Index r = static_cast<Index>(rows.size());
-  Matrix T = Matrix::Zero(S.rows(), r), block(r, r);  // T = S_b G_b^T   (3 m_b x r), by whole columns of S
-  for (Index j = 0; j < r; ++j)
-    for (RowMajorSparse::InnerIterator it(G, rows[j]); it; ++it) T.col(j) += it.value() * S.col(it.col());
+  Matrix block(r, r);
+  Vector t(S.rows());
   for (Index j = 0; j < r; ++j) {
-    const double* t = T.col(j).data();
+    // A column of S_b G_b^T   (3 m_b x r), by whole columns of S, while it is in the cache
+    t.setZero();
+    for (RowMajorSparse::InnerIterator it(G, rows[j]); it; ++it) t += it.value() * S.col(it.col());
     for (Index i = j; i < r; ++i) {
       double sum = 0;
       for (RowMajorSparse::InnerIterator it(G, rows[i]); it; ++it) sum += it.value() * t[it.col()];
-      block(i, j) = block(j, i) = sum;
+      block(i, j) = sum;
     }
   }
+  mirror_lower(block);
   return block;
 }
 

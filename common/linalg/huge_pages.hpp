@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "common/types.hpp"
+
+namespace cbr {
+
+// Asks the system for pages of 2 MB for a large matrix that has not been written yet: a matrix of 30 MB then costs 15 page faults
+// and not 7600 (8 ms here), and products with it look few pages up. A hint: nothing else changes.
+void prefer_huge_pages(const Matrix& A);
+Matrix zeros_on_huge_pages(Index rows, Index columns);
+
+}  // namespace cbr
