@@ -68,8 +68,9 @@ Index n_modes_wanted(const Reduction& r, const SparseCholesky& factor) {
     if (*r.options.modes < 0) throw InputError("modes: " + std::to_string(*r.options.modes) + " found, 0 or more allowed");
     return *r.options.modes;
   }
-  if (!(*r.options.cutoff_hz > 0) || !std::isfinite(*r.options.cutoff_hz)) {
-    throw InputError("cutoff_hz: " + std::to_string(*r.options.cutoff_hz) + " found, a positive frequency in Hz is allowed");
+  if (!(*r.options.cutoff_hz > 0) || !(*r.options.cutoff_hz < 1e100)) {
+    throw InputError("cutoff_hz: " + std::to_string(*r.options.cutoff_hz) +
+                     " found, a frequency in Hz above 0 and below 1e100 is allowed");
   }
   const auto phase = r.report.phase("modes: count below cutoff");
   return count_modes_below(r.p, factor, *r.options.cutoff_hz);

@@ -114,7 +114,8 @@ void Recorder::check_finite(double t) const {
   message << "the motion is no longer finite at t = " << t << " s";
   for (std::size_t b = 0; b < sim_.bodies.size(); ++b)
     if (!std::isfinite(result_.bodies[b].kinetic_energy.back())) message << ", instance '" << sim_.bodies[b]->name() << "'";
-  throw RunError(message.str() + ": is the step above the critical one (time.force)?");
+  throw RunError(message.str() +
+                 ": is the step above the critical one (time.force)? Or are loads or velocities beyond a double's reach?");
 }
 
 }  // namespace cbr

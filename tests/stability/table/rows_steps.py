@@ -15,9 +15,9 @@ PULSE = {"time": [0, 0.05, 0.1], "value": [0, 1, 0]}
 
 
 def ringing(folder, kind, time, output, part=None, contact=True, material=None, modes=6):
-    """A block that two opposite pulses have set ringing; `contact`: a wall so near that no step can be skipped."""
+    """A block that two opposite pulses, without a couple, have set ringing; `contact`: a wall so near that no step can be skipped."""
     part = part or box((2, 2, 2))
-    loads = [{"instance": "a", "surface": s, "traction": [t, 0.3 * t, 0.0], "history": PULSE} for s, t in (("x_min", -0.1), ("x_max", 0.1))]
+    loads = [{"instance": "a", "surface": s, "traction": [t, 0.0, 0.0], "history": PULSE} for s, t in (("x_min", -0.1), ("x_max", 0.1))]
     scene = {"materials": {"steel": dict(STEEL, **(material or {}))},
              "components": {"block": {"mesh": folder.mesh(part), "material": "steel", "reduction": reduction(["x_min", "x_max"], modes)}},
              "instances": {"a": {"component": "block", "as": kind}}, "loads": loads, "time": time, "output": output}
@@ -106,14 +106,13 @@ def tiny(folder):
     return answers
 
 
-@row(CHAPTER, "Decay to nothing (newmark, alpha -1/3, 200 000 steps, 20 000 in the quick run): denormal numbers, which slow a processor, in the fields")
+@row(CHAPTER, "Decay to nothing (newmark, alpha -1/3, 20 000 steps): denormal numbers, which slow a processor, in the fields")
 def decay(folder):
-    answers, n = [], 200_000 if folder.full else 20_000
+    answers, n = [], 20_000
     for kind in ("superelement", "mesh"):
         scene = ringing(folder, kind, {"end": 0.2 * n, "step": 0.2, "integrator": "newmark", "alpha": -0.3333}, {"every": 0.2 * n}, contact=False)
         for load in scene["loads"]:
             load["history"] = {"time": [0, 1, 2], "value": [0, 1, 0]}
-            load["traction"][1] = 0.0  # no couple, which would leave it turning
         ran = folder.dyn(scene | {"output": {"every": 0.01 * n, "fields": ["displacement", "velocity"]}}).done()
         E = ran["instances/a/kinetic_energy"]
         values = []

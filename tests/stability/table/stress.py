@@ -6,10 +6,13 @@ stress.py [--quick] [--only WORDS] [--jobs N] [--write FILE]; BIN: folder of the
 --quick leaves the long rows out. Exits 1 when a row has not held."""
 import argparse
 import concurrent.futures
+import os
 import pathlib
 import sys
 import tempfile
 import time
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # numpy's own threads and forks from several of ours wait for each other for ever
 
 import table
 from runs import Folder
