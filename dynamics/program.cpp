@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/program.hpp"
 
+#include <algorithm>
 #include <memory>
 #include <optional>
 #include <sstream>
@@ -20,8 +21,8 @@
 namespace cbr {
 namespace {
 
-// From this size on factors of W are worth BLAS's threads: below, two of them took longer than one (T1, r = 2: 1953 dofs).
-constexpr Index worth_blas_threads = 20'000'000;
+// From these sizes on BLAS's threads gain more than they take by waiting: factors of W, products with modes at contact nodes.
+constexpr Index worth_threads_for_W = 20'000'000, worth_threads_for_modes = 1'000'000;
 
 // InputError when the results cannot be written where they are to go: found before the run and not after it.
 void check_target(const Scene& scene, const std::filesystem::path& results, const std::filesystem::path& restart) {
@@ -55,11 +56,13 @@ void count_work(const Simulation& simulation, const RunResult& result, Report& r
   report.count("outputs", static_cast<double>(result.time.size()));
 }
 
-// The largest matrix of contact's answers, a number for each pair of dofs of a body's contact nodes.
-Index largest_response(const Simulation& simulation) {
-  Index most = 0;
-  for (const ContactNodes& set : simulation.contact_nodes) most = std::max(most, 3 * static_cast<Index>(set.nodes.size()));
-  return most * most;
+bool is_worth_blas_threads(const Simulation& simulation) {
+  return std::any_of(simulation.contact_nodes.begin(), simulation.contact_nodes.end(), [&](const ContactNodes& set) {
+    const Body& body = *simulation.bodies[set.body];
+    const Index dofs = 3 * static_cast<Index>(set.nodes.size());
+    const bool has_all_modes = body.is_exact() && !body.can_scale();
+    return dofs * dofs >= worth_threads_for_W || (has_all_modes && dofs * body.n_dofs() >= worth_threads_for_modes);
+  });
 }
 
 UnchangedFiles inputs_of(const Scene& scene) {
@@ -116,7 +119,7 @@ class Run {
     if (state_) options.restart = &*state_;
     const auto phase = report_.phase("steps");
     std::optional<SingleThreadedBlas> one_thread;
-    if (largest_response(built_.simulation) < worth_blas_threads) one_thread.emplace();
+    if (!is_worth_blas_threads(built_.simulation)) one_thread.emplace();
     rest_blas_threads();
     RunResult result = cbr::run(built_.simulation, options);
     report_.end_progress();
