@@ -71,7 +71,7 @@ def run(folder, program, *arguments, expect=0, **options):
     assert process.returncode == expect, f"{program} {arguments}: exit {process.returncode}, not {expect}: {errors}"
     if expect:
         told = [line for line in errors.splitlines() if ": warning: " not in line]
-    assert len(told) == 1 and ": error: " in told[0], errors
+        assert len(told) == 1 and ": error: " in told[0], errors
     return errors
 
 
