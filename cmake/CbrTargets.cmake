@@ -1,4 +1,4 @@
-# Warnings and flags of our own targets, in one place.
+# Warnings and flags of our own targets, in one place. cbr_target(NAME [cbr_test_precompiled]): with which precompiled headers.
 function(cbr_target target)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion)
   # GCC 12 sees overlaps in string concatenation that are not there (GCC bug 105651).
@@ -8,6 +8,13 @@ function(cbr_target target)
   if(CBR_NATIVE)
     target_compile_options(${target} PRIVATE -march=native)
   endif()
+  if(CBR_PRECOMPILE)
+    set(headers cbr_precompiled)
+    if(ARGV1)
+      set(headers ${ARGV1})
+    endif()
+    target_precompile_headers(${target} REUSE_FROM ${headers})
+  endif()
 endfunction()
 
 # cbr_test(NAME SOURCES a.cpp ... LIBRARIES cbr_common): one GoogleTest program, one ctest entry a test.
@@ -16,7 +23,7 @@ function(cbr_test name)
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE ${ARG_LIBRARIES} GTest::gtest_main)
   target_compile_definitions(${name} PRIVATE CBR_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
-  cbr_target(${name})
+  cbr_target(${name} cbr_test_precompiled)
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 600)
 endfunction()
 

@@ -158,8 +158,8 @@ void parse_walls(const SceneNode& node, Scene& scene) {
   const SceneMap map = node.map_of_any();
   for (const auto& [name, value] : map.entries()) {
     require_plain_name(value, "a wall", name);
-    const auto instance =
-        std::find_if(scene.instances.begin(), scene.instances.end(), [&, wall = name](const Instance& i) { return i.name == wall; });
+    const auto instance = std::find_if(scene.instances.begin(), scene.instances.end(),
+                                       [&, wall = name](const Instance& i) { return i.name == wall; });
     if (instance != scene.instances.end())
       value.fail("an instance has the name '" + name + "' too (line " + std::to_string(instance->source.line) +
                  "): give the wall another one");

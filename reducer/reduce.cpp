@@ -46,12 +46,11 @@ SparseCholesky factorise(Reduction& r) {
   SparseCholesky factor(r.p.K_II);
   if (r.p.n_interior() == 0) return factor;
   if (!factor.ok() || factor.smallest_pivot() < singular_pivot) {
-    throw InputError("the stiffness of the interior is singular at " + node_of_interior_dof(r, factor.weakest_column()) +
-                     ": a part of it can move freely, as elements do that share only an edge or a node with the rest, or is held "
-                     "too weakly for a "
-                     "double, as very thin parts are and what an interface nearly on one line holds; mend the mesh there or put "
-                     "nodes of that part "
-                     "into the interface");
+    throw InputError(
+        "the stiffness of the interior is singular at " + node_of_interior_dof(r, factor.weakest_column()) +
+        ": a part of it can move freely, as elements do that share only an edge or a node with the rest, or is held "
+        "too weakly for a double, as very thin parts are and what an interface nearly on one line holds; mend the mesh "
+        "there or put nodes of that part into the interface");
   }
   ReductionCondition& condition = r.figures.condition;
   condition.smallest_pivot = factor.smallest_pivot();

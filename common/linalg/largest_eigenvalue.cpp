@@ -52,7 +52,7 @@ double largest_eigenvalue(Index n, const LinearMap& multiply_K, const LinearMap&
   std::mt19937_64 random(1);
   // q and p = M q, normalised by q . p: M itself is never asked for.
   Vector p = Vector::NullaryExpr(n, [&] { return static_cast<double>(random() >> 11) * 0x1p-53 - 0.5; });
-  Vector q(n), Kq(n), w(n), q_before = Vector::Zero(n), p_before = q_before;
+  Vector q(n), Kq(n), w(n), p_before(n);
   solve_M(p, q);
   balance(solve_M, p, q);
   Vector alpha = Vector::Zero(steps), beta = Vector::Zero(steps);
@@ -61,12 +61,13 @@ double largest_eigenvalue(Index n, const LinearMap& multiply_K, const LinearMap&
   q /= norm, p /= norm;
   Bound bound;
   for (Index j = 0; j < steps; ++j) {
-    // M w = K q_j - alpha_j M q_j - beta_j-1 M q_j-1
+    // p_j+1 = K q_j - alpha_j p_j - beta_j-1 p_j-1, and q_j+1 solved from it: were both continued by recurrences they would drift
+    // apart, and Ritz values rise above the spectrum.
     multiply_K(q, Kq);
+    if (j > 0) Kq -= beta[j - 1] * p_before;
     alpha[j] = q.dot(Kq);
+    Kq -= alpha[j] * p;
     solve_M(Kq, w);
-    Kq -= alpha[j] * p, w -= alpha[j] * q;
-    if (j > 0) Kq -= beta[j - 1] * p_before, w -= beta[j - 1] * q_before;
     beta[j] = std::sqrt(std::max(w.dot(Kq), 0.0));
     const bool invariant = beta[j] <= 1e-13 * std::abs(alpha.head(j + 1).cwiseAbs().maxCoeff());
     if (invariant || j + 1 == look || j + 1 == steps) {
@@ -74,7 +75,7 @@ double largest_eigenvalue(Index n, const LinearMap& multiply_K, const LinearMap&
       bound = largest_ritz_value(alpha, beta, j + 1);
       if (invariant || bound.residual <= enough * bound.value) break;
     }
-    q_before.swap(q), p_before.swap(p);
+    p_before.swap(p);
     q = w / beta[j], p = Kq / beta[j];
   }
   return bound.value + bound.residual;

@@ -4,12 +4,7 @@
 #include <algorithm>
 #include <cstring>
 
-// The kernels are made for several instruction sets, of which the running machine's is taken.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__)
-#define CBR_CLONES __attribute__((target_clones("avx512f", "arch=haswell", "default")))
-#else
-#define CBR_CLONES
-#endif
+#include "common/linalg/clones.hpp"
 
 namespace cbr::narrow {
 namespace {

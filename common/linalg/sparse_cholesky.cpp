@@ -15,6 +15,7 @@
 
 #include "common/error.hpp"
 #include "common/linalg/blas_threads.hpp"
+#include "common/linalg/cut_supernodes.hpp"
 #include "common/linalg/narrow_product.hpp"
 #include "common/linalg/supernodal_inertia.hpp"
 #include "common/parallel.hpp"
@@ -134,62 +135,30 @@ struct Cholmod {
     const std::lock_guard lock(one_at_a_time);
     L = cholmod_l_analyze(&view, &common);
     check("ordering", A);
-    if (L->is_super != 0 && !cut_supernodes(widest_supernode)) check("ordering", A);
+    if (L->is_super != 0 && !cut(widest_supernode)) check("ordering", A);
   }
 
-  // CHOLMOD keeps a supernode as a rectangle, with the unused half of its diagonal block: for the wide separators of solids a third
-  // more memory than the factor's entries. Those of more than `widest` columns are cut into pieces: each a supernode that begins
-  // with its own rows of the list that they share. False when memory ran out.
-  bool cut_supernodes(Index widest) {
-    const auto n_super = static_cast<Index>(L->nsuper);
-    const auto *super = static_cast<const Index*>(L->super), *pi = static_cast<const Index*>(L->pi);
-    const auto* rows = static_cast<const Index*>(L->s);
-    std::vector<Index> new_super{0}, new_pi{0}, new_px{0}, new_rows;
-    for (Index s = 0; s < n_super; ++s) {
-      const Index columns = super[s + 1] - super[s], pieces = (columns + widest - 1) / widest;
-      for (Index piece = 0; piece < pieces; ++piece) {
-        const Index first = columns * piece / pieces, last = columns * (piece + 1) / pieces;
-        new_rows.insert(new_rows.end(), rows + pi[s] + first, rows + pi[s + 1]);
-        new_super.push_back(super[s] + last);
-        new_pi.push_back(static_cast<Index>(new_rows.size()));
-        new_px.push_back(new_px.back() + (last - first) * (pi[s + 1] - pi[s] - first));
-      }
-    }
+  // Replaces CHOLMOD's supernodes by narrower ones. False when memory ran out.
+  bool cut(Index widest) {
+    const SupernodePattern made = cut_supernodes(view(), widest);
     const auto replace = [&](void*& old, std::size_t old_size, const std::vector<Index>& with) {
-      void* made = cholmod_l_malloc(with.size(), sizeof(Index), &common);
-      if (made == nullptr) return false;
-      std::copy(with.begin(), with.end(), static_cast<Index*>(made));
+      void* copy = cholmod_l_malloc(with.size(), sizeof(Index), &common);
+      if (copy == nullptr) return false;
+      std::copy(with.begin(), with.end(), static_cast<Index*>(copy));
       cholmod_l_free(old_size, sizeof(Index), old, &common);
-      old = made;
+      old = copy;
       return true;
     };
     const std::size_t old = L->nsuper + 1;
-    if (!replace(L->s, L->ssize, new_rows) || !replace(L->super, old, new_super)) return false;
-    if (!replace(L->pi, old, new_pi) || !replace(L->px, old, new_px)) return false;
-    L->nsuper = new_super.size() - 1;
-    L->ssize = new_rows.size();
-    L->xsize = static_cast<std::size_t>(new_px.back());
-    find_workspace();
+    if (!replace(L->s, L->ssize, made.rows) || !replace(L->super, old, made.super)) return false;
+    if (!replace(L->pi, old, made.pi) || !replace(L->px, old, made.px)) return false;
+    L->nsuper = made.super.size() - 1;
+    L->ssize = made.rows.size();
+    L->xsize = static_cast<std::size_t>(made.px.back());
+    const SupernodeWorkspace workspace = find_workspace(view());
+    L->maxcsize = static_cast<std::size_t>(workspace.largest_update);
+    L->maxesize = static_cast<std::size_t>(workspace.most_rows_below);
     return true;
-  }
-
-  // The largest update of one supernode by another, and the most rows below a supernode: what the factorisation and the solves
-  // allocate.
-  void find_workspace() {
-    const SupernodalFactor f = view();
-    std::vector<Index> owner(static_cast<std::size_t>(f.n));
-    for (Index s = 0; s < f.n_super; ++s) std::fill(owner.begin() + f.super[s], owner.begin() + f.super[s + 1], s);
-    L->maxcsize = L->maxesize = 1;
-    for (Index s = 0; s < f.n_super; ++s) {
-      const Index end = f.pi[s + 1];
-      Index i = f.pi[s] + f.columns(s);
-      L->maxesize = std::max(L->maxesize, static_cast<std::size_t>(end - i));
-      while (i < end) {
-        const Index first = i, of = owner[static_cast<std::size_t>(f.rows[i])];
-        while (i < end && owner[static_cast<std::size_t>(f.rows[i])] == of) ++i;
-        L->maxcsize = std::max(L->maxcsize, static_cast<std::size_t>((end - first) * (i - first)));
-      }
-    }
   }
 
   void factorize(const SparseMatrix& A) {

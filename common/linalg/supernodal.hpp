@@ -64,7 +64,8 @@ class PanelSolver {
  public:
   PanelSolver(const SupernodeTree& tree, Index width);
 
-  // Panels of exactly narrow::width rows with that stride, which need not all be wanted, go without BLAS.
+  // Panels of exactly narrow::width rows with that stride, which need not all be wanted, go without BLAS when the solver's width is
+  // narrow::width too.
   // X <- L^-1 X; supernodes that are not in the set are neither read nor written, and X must be zero there.
   void forward(Eigen::Ref<Matrix> X_t, const SupernodeSet& set);
   // X <- L^-T X on the supernodes of the set, which must hold the ancestors of each; X is not touched elsewhere.

@@ -6,14 +6,8 @@
 #include <cassert>
 #include <cstring>
 
+#include "common/linalg/clones.hpp"
 #include "common/row_threads.hpp"
-
-// The kernels are made for several instruction sets, of which the running machine's is taken.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__)
-#define CBR_CLONES __attribute__((target_clones("avx512f", "arch=haswell", "default")))
-#else
-#define CBR_CLONES
-#endif
 
 namespace cbr {
 namespace {

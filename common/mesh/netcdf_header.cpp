@@ -138,8 +138,7 @@ bool check_classic_netcdf(const std::filesystem::path& file) {
   const auto size = static_cast<double>(std::filesystem::file_size(file, error));
   std::ifstream stream(file, std::ios::binary);
   char magic[4] = "";
-  if (!stream.read(magic, 4) || std::string(magic, 3) != "CDF" || (magic[3] != 1 && magic[3] != 2 && magic[3] != 5))
-    return false;
+  if (!stream.read(magic, 4) || std::string(magic, 3) != "CDF" || (magic[3] != 1 && magic[3] != 2 && magic[3] != 5)) return false;
   std::string bytes(static_cast<std::size_t>(std::min(size, longest_header)), '\0');
   stream.seekg(0);
   if (!stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size())))

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "common/types.hpp"
 #include "common/row_threads.hpp"
+#include "common/types.hpp"
 
 namespace cbr {
 

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "common/assembly.hpp"
-#include "dynamics/bodies/block_matrix.hpp"
 #include "common/row_threads.hpp"
+#include "dynamics/bodies/block_matrix.hpp"
 #include "dynamics/bodies/shared_elements.hpp"
 
 namespace cbr {

@@ -12,6 +12,27 @@
 namespace cbr {
 namespace {
 
+// Slabs of the master faces in this step, each made when a node first asks for it.
+class SlabCache {
+ public:
+  void start(Index n_faces) {
+    slabs_.resize(static_cast<std::size_t>(n_faces));
+    is_made_.assign(static_cast<std::size_t>(n_faces), 0);
+  }
+  const FaceSlab& of(const ContactSurface& master, const ContactBody& body, Index face, double edge) {
+    const auto f = static_cast<std::size_t>(face);
+    if (!is_made_[f]) {
+      slabs_[f] = face_slab(corners(master, face, body.start), corners(master, face, body.end), is_triangle(master, face), edge);
+      is_made_[f] = 1;
+    }
+    return slabs_[f];
+  }
+
+ private:
+  std::vector<FaceSlab> slabs_;
+  std::vector<char> is_made_;
+};
+
 struct Step {
   const ContactSurface& slave;
   const ContactBody& slave_body;
@@ -19,9 +40,9 @@ struct Step {
   const ContactBody& master_body;
   const DetectionOptions& options;
   bool initial;
-  double reach;                        // gaps up to this are candidates
-  Vector3 drift;                       // mean motion of the master surface: boxes are swept by relative motion only
-  const std::vector<FaceSlab>& slabs;  // per master face
+  double reach;   // gaps up to this are candidates
+  Vector3 drift;  // mean motion of the master surface: boxes are swept by relative motion only
+  SlabCache& slabs;
 };
 
 struct Hit {
@@ -71,12 +92,6 @@ void fill_boxes(const Step& step, PairMemory& memory) {
   }
 }
 
-void fill_slabs(const ContactSurface& master, const ContactBody& body, double edge, std::vector<FaceSlab>& slabs) {
-  slabs.clear();
-  for (Index f = 0; f < master.faces.rows(); ++f)
-    slabs.push_back(face_slab(corners(master, f, body.start), corners(master, f, body.end), is_triangle(master, f), edge));
-}
-
 // Whether a node that is behind a face at the start of the step is to be held by it. Beside an edge of a body a node is behind the
 // faces of both sides: the one that it neither touched nor lies under is not to push it out.
 bool held_from_behind(const Step& step, const Projection& before, const Hit& hit, double size, double edge) {
@@ -117,7 +132,8 @@ bool passes_through(const FaceCorners& start, const FaceCorners& end, bool trian
 
 // Whether the node came through the face during the step, or touches or nears it; fills `hit`.
 bool meets(const Step& step, const Node& node, Index face, Hit& hit) {
-  if (is_beside(step.slabs[face], node.start, node.end)) return false;
+  const FaceSlab& slab = step.slabs.of(step.master, step.master_body, face, step.options.edge_tolerance);
+  if (is_beside(slab, node.start, node.end)) return false;
   const bool triangle = is_triangle(step.master, face);
   const double size = step.master.sizes[face];
   const FaceCorners end = corners(step.master, face, step.master_body.end);
@@ -276,8 +292,8 @@ void detect(const ContactSurface& slave, const ContactBody& slave_body, const Co
     forget(memory);
     return;
   }
-  thread_local std::vector<FaceSlab> slabs;
-  fill_slabs(master, master_body, options.edge_tolerance, slabs);
+  thread_local SlabCache slabs;
+  slabs.start(master.faces.rows());
   Step step{slave, slave_body, master, master_body, options, initial, 0, mean_motion(master, master_body), slabs};
   step.reach =
       contact_reach(master.size, largest_motion(slave, slave_body, step.drift) + largest_motion(master, master_body, step.drift),

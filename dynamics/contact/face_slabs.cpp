@@ -4,28 +4,16 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dynamics/contact/bilinear_face.hpp"
+
 namespace cbr {
-namespace {
-
-// p(xi, eta) = c + xi a + eta b + xi eta w
-struct Half {
-  Vector3 c, a, b, w;
-  explicit Half(const FaceCorners& x)
-      : c((x[0] + x[1] + x[2] + x[3]) / 4),
-        a((-x[0] + x[1] + x[2] - x[3]) / 4),
-        b((-x[0] - x[1] + x[2] + x[3]) / 4),
-        w((x[0] - x[1] + x[2] - x[3]) / 4) {}
-};
-
-}  // namespace
-
 // A node over the face at some time is at x = c + xi a + eta b + xi eta w + z n, |xi|, |eta| <= 1 + 2 edge. c, a, b and w change
 // linearly in the step, so that a bound at both ends holds between them; n leans from the normal of the end by no more than the
 // sides turn and twist.
 FaceSlab face_slab(const FaceCorners& start, const FaceCorners& end, bool triangle, double edge) {
   FaceSlab slab;
   if (triangle) return slab;
-  const Half p0(start), p1(end);
+  const BilinearFace p0(start), p1(end);
   const double h11 = p1.a.squaredNorm(), h22 = p1.b.squaredNorm(), h12 = p1.a.dot(p1.b), determinant = h11 * h22 - h12 * h12;
   if (!(determinant > 1e-6 * h11 * h22)) return slab;
   slab.across = {(h22 * p1.a - h12 * p1.b) / determinant, (h11 * p1.b - h12 * p1.a) / determinant};

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dynamics/contact/bilinear_face.hpp"
+
 namespace cbr {
 namespace {
 
@@ -51,24 +53,11 @@ Projection project_to_triangle(const FaceCorners& corners, const Vector3& x) {
   return finish(corners, weights, n, outside, x);
 }
 
-// p(xi, eta) = c + xi a + eta b + xi eta w
-struct Bilinear {
-  Vector3 c, a, b, w;
-  explicit Bilinear(const FaceCorners& x)
-      : c((x[0] + x[1] + x[2] + x[3]) / 4),
-        a((-x[0] + x[1] + x[2] - x[3]) / 4),
-        b((-x[0] - x[1] + x[2] + x[3]) / 4),
-        w((x[0] - x[1] + x[2] - x[3]) / 4) {}
-  Vector3 at(double xi, double eta) const { return c + xi * a + eta * b + xi * eta * w; }
-  Vector3 d_xi(double eta) const { return a + eta * w; }
-  Vector3 d_eta(double xi) const { return b + xi * w; }
-};
-
 // What lies beyond the face only has to be told apart from it.
 double within_reach(double xi) { return std::clamp(xi, -3.0, 3.0); }
 
 // Where the minimum is for a face that is nearly a parallelogram: linear in w.
-void guess(const Bilinear& p, const Vector3& x, double& xi, double& eta) {
+void guess(const BilinearFace& p, const Vector3& x, double& xi, double& eta) {
   const double h11 = p.a.squaredNorm(), h22 = p.b.squaredNorm(), h12 = p.a.dot(p.b), determinant = h11 * h22 - h12 * h12;
   xi = eta = 0;
   if (!(determinant > 1e-10 * h11 * h22)) return;
@@ -80,7 +69,7 @@ void guess(const Bilinear& p, const Vector3& x, double& xi, double& eta) {
 }
 
 // Minimises |x - p(xi, eta)|^2 in the square |xi|, |eta| <= 3.
-void closest_point(const Bilinear& p, const Vector3& x, double& xi, double& eta) {
+void closest_point(const BilinearFace& p, const Vector3& x, double& xi, double& eta) {
   Vector3 r = x - p.at(xi, eta);
   double value = r.squaredNorm();
   for (int iteration = 0; iteration < 30; ++iteration) {
@@ -115,7 +104,7 @@ void closest_point(const Bilinear& p, const Vector3& x, double& xi, double& eta)
 
 Projection project(const FaceCorners& corners, bool triangle, const Vector3& x) {
   if (triangle) return project_to_triangle(corners, x);
-  const Bilinear p(corners);
+  const BilinearFace p(corners);
   double xi, eta;
   guess(p, x, xi, eta);
   closest_point(p, x, xi, eta);

@@ -42,9 +42,9 @@ double critical_step(const Body& body, bool in_contact);
 // How a body takes part in contact.
 enum class ContactKind : char { none, hard, penalty };
 
-// From the scene's options: auto is the critical step of exact bodies and 0.9 of it for central differences; a quarter of it for bodies
-// in a penalty contact, whose spring is the stiffer the further the step is below the critical one. Where all bodies are under
-// Newmark, auto is one step to an output (a thousandth of the end when every step is one) and cfl of any size is of what the
+// From the scene's options: auto is the critical step of exact bodies and 0.9 of it for central differences; a quarter of it for
+// bodies in a penalty contact, whose spring is the stiffer the further the step is below the critical one. Where all bodies are
+// under Newmark, auto is one step to an output (a thousandth of the end when every step is one) and cfl of any size is of what the
 // critical step would be. With mass_scaling the same holds, from a default of 2, for the critical step of exact bodies in contact
 // that can_scale(); the others keep their limit. InputError: a step above the critical one (unless time.force), more steps or
 // outputs than can be.

@@ -3,8 +3,11 @@
 // its place, threads, and the order of names. Random scenes by seed: two or three blocks with curved faces that do not match.
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cstdio>
+#include <random>
 #include <tuple>
 
 #include "tests/support/contact_scene.hpp"

@@ -3,6 +3,8 @@
 // scene that fails is named with the command that repeats it.
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cstdio>
 

@@ -4,8 +4,9 @@
 #include <algorithm>
 #include <map>
 #include <numeric>
-#include <random>
 #include <set>
+
+#include "tests/support/renumbering.hpp"
 
 namespace cbr::test {
 namespace {
@@ -149,19 +150,6 @@ void add_nodesets(const LatticeShape& shape, Nodes& nodes, Mesh& mesh) {
 }
 
 // --- renumbering ---
-
-std::vector<Index> random_order(Index n, std::mt19937& random) {
-  std::vector<Index> order(static_cast<std::size_t>(n));
-  std::iota(order.begin(), order.end(), Index{0});
-  std::shuffle(order.begin(), order.end(), random);
-  return order;
-}
-
-std::vector<Index> inverse(const std::vector<Index>& order) {
-  std::vector<Index> result(order.size());
-  for (std::size_t i = 0; i < order.size(); ++i) result[static_cast<std::size_t>(order[i])] = static_cast<Index>(i);
-  return result;
-}
 
 using Permutation = std::vector<int>;
 

@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <numeric>
 #include <random>
 #include <stdexcept>
 
 #include "reducer/command.hpp"
+#include "tests/support/renumbering.hpp"
 
 namespace cbr::test {
 namespace {
@@ -27,19 +27,6 @@ template <class T>
 std::vector<T> permuted(const std::vector<T>& values, const std::vector<Index>& old_of_new) {
   std::vector<T> result;
   for (const Index i : old_of_new) result.push_back(values[static_cast<std::size_t>(i)]);
-  return result;
-}
-
-std::vector<Index> random_order(Index n, std::mt19937& random) {
-  std::vector<Index> order(static_cast<std::size_t>(n));
-  std::iota(order.begin(), order.end(), Index{0});
-  std::shuffle(order.begin(), order.end(), random);
-  return order;
-}
-
-std::vector<Index> inverse(const std::vector<Index>& order) {
-  std::vector<Index> result(order.size());
-  for (std::size_t i = 0; i < order.size(); ++i) result[static_cast<std::size_t>(order[i])] = static_cast<Index>(i);
   return result;
 }
 

@@ -81,7 +81,7 @@ def duplicate(folder):
         one = folder.dyn(scene(folder, blocks, PAIR, part=part, interface=["x_min", "x_max", "again"])).done()
         two = folder.dyn(scene(folder, blocks, PAIR + [{"between": ["a.again", "b.x_min"]}], part=part, interface=["x_min", "x_max", "again"])).done()
         p, q = one["instances/b/momentum"], two["instances/b/momentum"]
-        return below(np.abs(p - q).max() / np.abs(p).max(), 1e-9)
+        return below(np.abs(p - q).max() / np.abs(p).max(), 5e-14)
     return both(run)
 
 
@@ -232,7 +232,7 @@ def far(folder):
     def run(kind):
         runs = [folder.dyn(scene(folder, {"a": {"as": kind, "position": [x, x, 0], "velocity": [0.1, 0, 0]}, "b": {"as": kind, "position": [x + 1.001, x, 0]}},
                                  PAIR)).done()["instances/b/momentum"] for x in (0.0, 1e6)]
-        return below(np.abs(runs[1] - runs[0]).max() / np.abs(runs[0]).max(), 1e-6)
+        return below(np.abs(runs[1] - runs[0]).max() / np.abs(runs[0]).max(), 5e-8)
     return both(run)
 
 
@@ -244,7 +244,7 @@ def far_mesh(folder):
             part = box((2, 2, 2), origin=(x, 0, 0))
             answer.append(folder.dyn(scene(folder, {"a": {"as": kind, "velocity": [0.1, 0, 0]}, "b": {"as": kind, "position": [1.001, 0, 0]}}, PAIR, part=part))
                           .done()["instances/b/momentum"])
-        return below(np.abs(answer[1] - answer[0]).max() / np.abs(answer[0]).max(), 1e-5)
+        return below(np.abs(answer[1] - answer[0]).max() / np.abs(answer[0]).max(), 5e-8)
     return both(run)
 
 

@@ -50,17 +50,17 @@ def each_kind(folder, part, bound, **options):
 
 @row(CHAPTER, "Poisson's ratio 0.0: uniform stress on a block, error of the forces")
 def poisson_zero(folder):
-    return each_kind(folder, lambda kind: box((3, 3, 3), kind=kind), 1e-11, nu=0.0)
+    return each_kind(folder, lambda kind: box((3, 3, 3), kind=kind), 3e-14, nu=0.0)
 
 
 @row(CHAPTER, "Poisson's ratio 0.4999: uniform stress on a block, error of the forces")
 def poisson_high(folder):
-    return each_kind(folder, lambda kind: box((3, 3, 3), kind=kind), 1e-8, nu=0.4999)
+    return each_kind(folder, lambda kind: box((3, 3, 3), kind=kind), 5e-11, nu=0.4999)
 
 
 @row(CHAPTER, "Poisson's ratio -0.99: uniform stress on a block, error of the forces")
 def poisson_low(folder):
-    return each_kind(folder, lambda kind: box((3, 3, 3), kind=kind), 1e-8, nu=-0.99)
+    return each_kind(folder, lambda kind: box((3, 3, 3), kind=kind), 3e-12, nu=-0.99)
 
 
 @row(CHAPTER, "Poisson's ratio 0.4999: a bar in bending, tip deflection against a beam's")
@@ -90,13 +90,13 @@ def long(folder):
 
 @row(CHAPTER, "Tets with angles of 1 degree between faces: uniform stress, error of the forces")
 def slivers(folder):
-    return below(patch(folder, box((3, 3, 3), (1, 1, np.tan(np.radians(1))), kind="tet4")), 1e-8)
+    return below(patch(folder, box((3, 3, 3), (1, 1, np.tan(np.radians(1))), kind="tet4")), 3e-11)
 
 
 @row(CHAPTER, "Sizes 1 : 1e6 of neighbouring elements: uniform stress, error of the forces")
 def graded(folder):
     grow = lambda x: x if x[0] < 0.5 else np.array([0.5 + (x[0] - 0.5) * 1e-6, x[1], x[2]])
-    return each_kind(folder, lambda kind: box((4, 2, 2), kind=kind, map=grow), 1e-6)
+    return each_kind(folder, lambda kind: box((4, 2, 2), kind=kind, map=grow), 3e-8)
 
 
 def contrast(folder, ratio, density_ratio=1.0, clamp=("x_min",), modes=1):

@@ -28,7 +28,7 @@ def units(folder):
         for name, factors in (("micrometres", (1e6, 1, 1)), ("kilometres", (1e-3, 1, 1)), ("megametres", (1e-6, 1, 1)), ("micrograms", (1, 1e9, 1)),
                               ("gigagrams", (1, 1e-9, 1)), ("nanoseconds", (1, 1, 1e9)), ("years", (1, 1, 3e-8)), ("mm t s", (1e3, 1e-3, 1))):
             other = impact_in(folder, kind, *factors)
-            answers.append((f"{name}, {kind}", *below(np.abs(other - one).max() / np.abs(one).max(), 1e-10)))
+            answers.append((f"{name}, {kind}", *below(np.abs(other - one).max() / np.abs(one).max(), 5e-12)))
     return answers
 
 
@@ -39,7 +39,7 @@ def magnitudes(folder):
         one = impact_in(folder, kind)
         for mass in (1e-150, 1e-100, 1e100, 1e150):
             other = impact_in(folder, kind, mass=mass)
-            answers.append((f"masses by {mass:g}, {kind}", *below(np.abs(other - one).max() / np.abs(one).max(), 1e-10)))
+            answers.append((f"masses by {mass:g}, {kind}", *below(np.abs(other - one).max() / np.abs(one).max(), 5e-12)))
     return answers
 
 
@@ -79,7 +79,7 @@ def faint_shells(folder):
                 answers.append((f"{name}, {integrator}", *refused(ran, "skin", "density", code=ran.code)))
                 continue
             a, b = ran.done()["instances/b/momentum"], folder.dyn(without).done()["instances/b/momentum"]
-            answers.append((f"{name}, {integrator}", *below(np.abs(a - b).max() / np.abs(b).max(), 1e-9)))
+            answers.append((f"{name}, {integrator}", *below(np.abs(a - b).max() / np.abs(b).max(), 1e-13)))
     return answers
 
 

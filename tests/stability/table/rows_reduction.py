@@ -31,7 +31,7 @@ def form_error(made):
     return np.abs(V.T @ M @ V - np.eye(len(V))).max()
 
 
-def sound(made, bound=1e-9):
+def sound(made, bound=1e-12):
     """Six rigid motions, and a diagonal form that is one."""
     n_zero = int((made["diagonal/omega"] == 0).sum())
     figure, limit, held = below(form_error(made), bound)
@@ -56,7 +56,7 @@ def no_modes(folder):
 def all_modes(folder):
     made = frequencies(folder.superelement(FREE, ["x_min"], 144).done())
     whole = frequencies(folder.superelement(FREE, list(FREE.faces), 24).done())
-    return below(np.abs(made - whole).max() / whole.max(), 1e-12)
+    return below(np.abs(made - whole).max() / whole.max(), 4e-14)
 
 
 @row(CHAPTER, "More modes than there are")
@@ -102,7 +102,7 @@ def many_copies(folder):
     parts = [box((2, 2, 3), (1, 1, 1.5), origin=(2.0 * i, 0, 0)) for i in range(20)]
     one = np.sqrt(folder.superelement(parts[0], ["z_min"], 3).done()["matrices/eigenvalues"])
     many = np.sqrt(folder.superelement(join(*parts), ["z_min"], 60).done()["matrices/eigenvalues"])
-    return below(np.abs(many / np.repeat(one, 20) - 1).max(), 1e-9)
+    return below(np.abs(many / np.repeat(one, 20) - 1).max(), 6e-14)
 
 
 @row(CHAPTER, "A free component: no interface")
@@ -223,7 +223,7 @@ def picks(folder):
     scene = block_scene(folder.mesh(FREE), ["x_min"], 144)
     a = frequencies(folder.reduce(scene).done())
     b = frequencies(folder.reduce(changed(scene, "components", "block", "reduction", "pick", to="participation"), "--diagonal-limit", 0).done())
-    return below(np.abs(a - b).max() / a.max(), 1e-12)
+    return below(np.abs(a - b).max() / a.max(), 4e-14)
 
 
 @row(CHAPTER, "The smallest components: one tet, one hex, two tets that share a node; rigid motions and the diagonal form, 0 modes")
@@ -234,4 +234,4 @@ def smallest(folder):
     answers = [(name, *sound(folder.superelement(part, sets, 0).done())) for name, part, sets in (("a tet", tet, ["all"]), ("a hex", box((1, 1, 1)), ["x_min", "x_max"]))]
     made = folder.superelement(two, ["all"], 0).done()
     n_zero = int((made["diagonal/omega"] == 0).sum())
-    return answers + [("two tets", *holds(f"{form_error(made):.0e}; {n_zero} zeros; {made.warnings()[0]}", "1e-9; 9, told", n_zero == 9 and made.warned("without stiffness")))]
+    return answers + [("two tets", *holds(f"{form_error(made):.0e}; {n_zero} zeros; {made.warnings()[0]}", "1e-12; 9, told", n_zero == 9 and made.warned("without stiffness")))]

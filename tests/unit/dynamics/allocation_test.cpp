@@ -2,6 +2,8 @@
 // A step of a superelement that stands takes no memory, and instances share what does not depend on where they are.
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+
 #include <atomic>
 #include <cstdlib>
 #include <new>

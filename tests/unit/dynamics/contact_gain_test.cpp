@@ -25,6 +25,17 @@ Matrix rows_of(const Model& m) {
   return V;
 }
 
+Points some_force() {
+  std::mt19937 random(4);
+  return random_points(random, 3, 1);
+}
+
+// Displacements of the pressed nodes of a held body under a force that stays.
+Vector statics(const Model& m, const Points& force) {
+  const Matrix V = rows_of(m);
+  return V * m.form->omega.cwiseAbs2().cwiseInverse().asDiagonal() * V.transpose() * Eigen::Map<const Vector>(force.data(), 9);
+}
+
 // Displacements of the pressed nodes at the end of steps in each of which `force` h acts as one impulse at its start, the force
 // raised so slowly (six times differentiable ramp over `steps`) that nothing swings.
 Vector pressed_down(Body& body, Index set, const Points& force, double h, int steps) {
@@ -52,11 +63,8 @@ TEST(ContactGain, IsOneForRigidMotionsAndSlowModes) {
 
 TEST(ContactGain, WhatIsPressedForLongCompressesAsItShould) {
   const Model m = model_of({Shape::held});
-  const Matrix V = rows_of(m);
-  std::mt19937 random(4);
-  const Points force = random_points(random, 3, 1);
-  const Vector expected =
-      V * m.form->omega.cwiseAbs2().cwiseInverse().asDiagonal() * V.transpose() * Eigen::Map<const Vector>(force.data(), 9);
+  const Points force = some_force();
+  const Vector expected = statics(m, force);
   const double h = 1.9 / m.form->omega.maxCoeff();
   double error[2];
   for (const bool gain : {false, true}) {
@@ -71,11 +79,8 @@ TEST(ContactGain, WhatIsPressedForLongCompressesAsItShould) {
 
 TEST(ContactGain, OfScaledModesToo) {
   const Model m = model_of({Shape::held});
-  const Matrix V = rows_of(m);
-  std::mt19937 random(4);
-  const Points force = random_points(random, 3, 1);
-  const Vector expected =
-      V * m.form->omega.cwiseAbs2().cwiseInverse().asDiagonal() * V.transpose() * Eigen::Map<const Vector>(force.data(), 9);
+  const Points force = some_force();
+  const Vector expected = statics(m, force);
   // A clip below all modes too: nothing is kept
   for (const double share : {0.2, 1e-3}) {
     const double clip = share * m.form->omega.maxCoeff(), h = 1.9 / clip;

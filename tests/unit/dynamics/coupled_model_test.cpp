@@ -4,7 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Dense>
+
 #include <cmath>
+#include <random>
 
 #include "common/error.hpp"
 #include "dynamics/bodies/coupled_factor.hpp"

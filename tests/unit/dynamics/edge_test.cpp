@@ -2,6 +2,8 @@
 // Bodies at each other's edges and corners: no contact where they pass, no energy from where they meet.
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>

@@ -2,6 +2,8 @@
 // Bodies that meet: closed forms, conservation, invariance. Both kinds of body, all enforcements.
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+
 #include <cmath>
 
 #include "dynamics/output/results.hpp"

@@ -119,7 +119,8 @@ TEST_F(Program, ASuperelementThatIsMissingOrStaleNamesTheCure) {
 
 TEST_F(Program, RefusesWhatCannotBe) {
   for (const std::string enforcement : {"penalty", "nodal"})
-    expect_refused(scene("mesh", ", enforcement: " + enforcement, ", integrator: newmark"), {"newmark", enforcement, "enforcement: impulse"});
+    expect_refused(scene("mesh", ", enforcement: " + enforcement, ", integrator: newmark"),
+                   {"newmark", enforcement, "enforcement: impulse"});
   expect_refused(scene("mesh", "", ", step: 1.0"), {"critical step", "force"});
 }
 
@@ -132,7 +133,9 @@ TEST_F(Program, ASurfaceThatWasNotKeptNamesTheCure) {
 TEST_F(Program, APulseThatStepsMayMissIsWarnedOf) {
   // Steps of 0.05 miss it, but for a body that moves exactly; a load that is switched on is no pulse.
   std::string load =
-      "loads:\n  - {instance: right, surface: x_max, force: [0, 1, 0], history: {time: [0.011, 0.012, 0.014, 0.015], value: [0, 1, 1, 0]}}\n";
+      "loads:\n"
+      "  - {instance: right, surface: x_max, force: [0, 1, 0], history: {time: [0.011, 0.012, 0.014, 0.015], value: [0, 1, 1, "
+      "0]}}\n";
   const auto warned = [&](const std::string& kind, const std::string& time) {
     const std::string file = scene(kind, "", time, load);
     if (kind == "superelement") make_superelement(file);
@@ -144,7 +147,8 @@ TEST_F(Program, APulseThatStepsMayMissIsWarnedOf) {
   EXPECT_FALSE(warned("mesh", ", integrator: newmark, step: 0.001"));
   EXPECT_TRUE(warned("superelement", ", integrator: newmark"));
   EXPECT_FALSE(warned("superelement", ", integrator: exact"));
-  load = "loads:\n  - {instance: right, surface: x_max, force: [0, 1, 0], history: {time: [0.011, 0.012, 0.014], value: [0, 1, 1]}}\n";
+  load =
+      "loads:\n  - {instance: right, surface: x_max, force: [0, 1, 0], history: {time: [0.011, 0.012, 0.014], value: [0, 1, 1]}}\n";
   EXPECT_FALSE(warned("mesh", ", integrator: newmark"));
 }
 

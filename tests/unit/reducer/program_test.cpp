@@ -205,8 +205,7 @@ TEST_F(Program, DomainsMakeAGroup) {
 }
 
 TEST_F(Program, ASecondReductionMakesOneSuperelement) {
-  const std::string file =
-      scene("{interface: [x_max], modes: 6, domains: 3, second_reduction: {modes: 8}}");
+  const std::string file = scene("{interface: [x_max], modes: 6, domains: 3, second_reduction: {modes: 8}}");
   run({file});
   const Superelement s = read_superelement(path("box.cbr.h5"));
   EXPECT_EQ(s.k(), 8);
@@ -230,7 +229,8 @@ TEST_F(Program, RefusesWithTheCure) {
   const std::string again = message_of({scene("{interface: [x_max], modes: 6, domains: 3, second_reduction: {modes: 400}}")});
   EXPECT_NE(again.find("scene.yaml:3: component 'box': second_reduction.modes: 400"), std::string::npos) << again;
   // What cannot run is not reduced.
-  const std::string cannot = scene("{interface: [x_max], modes: 4}", "contact: [{between: [a.x_max, b.x_max], enforcement: nodal}]\n");
+  const std::string cannot =
+      scene("{interface: [x_max], modes: 4}", "contact: [{between: [a.x_max, b.x_max], enforcement: nodal}]\n");
   const std::string text = bytes(cannot);
   std::ofstream(cannot) << text.substr(0, text.find("{end: 1.0}")) << "{end: 1.0, integrator: newmark}\n";
   EXPECT_NE(message_of({cannot}).find("use 'enforcement: impulse'"), std::string::npos) << message_of({cannot});

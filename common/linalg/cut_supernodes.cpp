@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "common/linalg/cut_supernodes.hpp"
+
+#include <algorithm>
+
+namespace cbr {
+
+SupernodePattern cut_supernodes(const SupernodalFactor& factor, Index widest) {
+  SupernodePattern made{{0}, {0}, {0}, {}};
+  for (Index s = 0; s < factor.n_super; ++s) {
+    const Index columns = factor.columns(s), height = factor.height(s), pieces = (columns + widest - 1) / widest;
+    const Index *rows = factor.rows + factor.pi[s], *end = rows + height;
+    for (Index piece = 0; piece < pieces; ++piece) {
+      const Index first = columns * piece / pieces, last = columns * (piece + 1) / pieces;
+      made.rows.insert(made.rows.end(), rows + first, end);
+      made.super.push_back(factor.first(s) + last);
+      made.pi.push_back(static_cast<Index>(made.rows.size()));
+      made.px.push_back(made.px.back() + (last - first) * (height - first));
+    }
+  }
+  return made;
+}
+
+SupernodeWorkspace find_workspace(const SupernodalFactor& factor) {
+  std::vector<Index> owner(static_cast<std::size_t>(factor.n));
+  for (Index s = 0; s < factor.n_super; ++s) std::fill(owner.begin() + factor.super[s], owner.begin() + factor.super[s + 1], s);
+  SupernodeWorkspace workspace;
+  for (Index s = 0; s < factor.n_super; ++s) {
+    const Index end = factor.pi[s + 1];
+    Index i = factor.pi[s] + factor.columns(s);
+    workspace.most_rows_below = std::max(workspace.most_rows_below, end - i);
+    while (i < end) {
+      const Index first = i, of = owner[static_cast<std::size_t>(factor.rows[i])];
+      while (i < end && owner[static_cast<std::size_t>(factor.rows[i])] == of) ++i;
+      workspace.largest_update = std::max(workspace.largest_update, (end - first) * (i - first));
+    }
+  }
+  return workspace;
+}
+
+}  // namespace cbr

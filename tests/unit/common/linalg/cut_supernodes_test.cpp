@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "common/linalg/cut_supernodes.hpp"
+
+#include <gtest/gtest.h>
+
+namespace cbr::test {
+namespace {
+
+using Indices = std::vector<Index>;
+
+// Seven columns: supernode 0 of two columns above rows 4 and 5, supernode 1 of five columns above none.
+struct Example {
+  Indices super{0, 2, 7}, pi{0, 4, 9}, px{0, 8, 33}, rows{0, 1, 4, 5, 2, 3, 4, 5, 6};
+  SupernodalFactor factor() const {
+    SupernodalFactor f;
+    f.n = 7, f.n_super = 2;
+    f.super = super.data(), f.pi = pi.data(), f.px = px.data(), f.rows = rows.data();
+    return f;
+  }
+};
+
+TEST(CutSupernodes, LeavesNarrowOnesAsTheyAre) {
+  const Example example;
+  const SupernodePattern made = cut_supernodes(example.factor(), 5);
+  EXPECT_EQ(made.super, example.super);
+  EXPECT_EQ(made.pi, example.pi);
+  EXPECT_EQ(made.px, example.px);
+  EXPECT_EQ(made.rows, example.rows);
+}
+
+TEST(CutSupernodes, PiecesBeginWithTheirOwnRowsOfTheSharedList) {
+  const Example example;
+  const SupernodePattern made = cut_supernodes(example.factor(), 2);
+  EXPECT_EQ(made.super, (Indices{0, 2, 3, 5, 7}));
+  EXPECT_EQ(made.pi, (Indices{0, 4, 9, 13, 15}));
+  EXPECT_EQ(made.px, (Indices{0, 8, 13, 21, 25}));  // 25 entries instead of 33
+  EXPECT_EQ(made.rows, (Indices{0, 1, 4, 5, 2, 3, 4, 5, 6, 3, 4, 5, 6, 5, 6}));
+}
+
+TEST(CutSupernodes, WorkspaceIsTheLargestUpdateAndTheLongestPart) {
+  const Example example;
+  const SupernodeWorkspace whole = find_workspace(example.factor());
+  EXPECT_EQ(whole.largest_update, 4);  // rows 4 and 5 of supernode 0, both of supernode 1
+  EXPECT_EQ(whole.most_rows_below, 2);
+  const SupernodePattern made = cut_supernodes(example.factor(), 2);
+  SupernodalFactor cut = example.factor();
+  cut.n_super = static_cast<Index>(made.super.size()) - 1;
+  cut.super = made.super.data(), cut.pi = made.pi.data(), cut.px = made.px.data(), cut.rows = made.rows.data();
+  const SupernodeWorkspace pieces = find_workspace(cut);
+  EXPECT_EQ(pieces.most_rows_below, 4);  // column 2 above rows 3 to 6
+  EXPECT_EQ(pieces.largest_update, 8);   // of those four, two belong to the next piece
+}
+
+}  // namespace
+}  // namespace cbr::test
