@@ -1,18 +1,21 @@
-# Warnings and flags of our own targets, in one place. cbr_target(NAME [cbr_test_precompiled]): with which precompiled headers.
-function(cbr_target target)
+# Warnings and flags of our own targets, in one place.
+function(cbr_flags target)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion)
-  # GCC 12 sees overlaps in string concatenation that are not there (GCC bug 105651).
+  # GCC 12 sees overlaps and overflows in string concatenation that are not there (GCC bugs 105651, 105329).
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
-    target_compile_options(${target} PRIVATE -Wno-restrict)
+    target_compile_options(${target} PRIVATE -Wno-restrict -Wno-stringop-overflow)
   endif()
   if(CBR_NATIVE)
     target_compile_options(${target} PRIVATE -march=native)
   endif()
+endfunction()
+
+# cbr_target(NAME [cbr_test_precompiled]): flags, and which precompiled headers (cmake/precompiled).
+function(cbr_target target)
+  cbr_flags(${target})
   if(CBR_PRECOMPILE)
-    set(headers cbr_precompiled)
-    if(ARGV1)
-      set(headers ${ARGV1})
-    endif()
+    set(headers cbr_precompiled ${ARGN})
+    list(GET headers -1 headers)
     target_precompile_headers(${target} REUSE_FROM ${headers})
   endif()
 endfunction()
