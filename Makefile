@@ -21,7 +21,7 @@ help:
 	@echo "make seeds     random scenes against what must not change them and dense arithmetic: SEEDS=FIRST:COUNT (1000:1000; 10 minutes)"
 	@echo "make fuzz      fuzzers of all readers, each for MINUTES=1; TARGETS=\"scene gmsh exodus superelement edits program\"; needs clang"
 	@echo "make sanitize  all tests under the address and undefined-behaviour sanitizers, in build-debug (an hour)"
-	@echo "make bench     run time against error, reduction, skipping, small features: CSV and plots in $(BUILD)/bench (half an hour; SMOKE=1: seconds)"
+	@echo "make bench     run time against error, reduction, skipping, small features: CSV and plots in $(BUILD)/bench (an hour, with r = 4 half an hour more; SMOKE=1: seconds)"
 	@echo "make bench-docs  the tables and plots of docs/benchmarks.md from $(BUILD)/bench"
 	@echo "make bench-contact  seconds a step against contact nodes, 100 to 10 000, by phase (5 minutes)"
 	@echo "make test      packages, build, all tests"

@@ -90,7 +90,7 @@ void require_springs(const TimeOptions& options, double h, const std::vector<std
   }
 }
 
-// Whether a step of h, which the scene asked for, would have passed an output.
+// Whether a step of h would have passed an output.
 bool cut_by_output(const TimePlan& plan, double h) { return plan.every > 0 && h > plan.every * (1 + fit_tolerance); }
 
 // Smallest 2 / highest frequency, whatever moves the bodies.
@@ -184,7 +184,8 @@ TimePlan plan_time(const TimeOptions& options, double every, const std::vector<s
   }
   require_springs(options, plan.h, bodies, contact);
   plan.clip = clip_of(options, plan, bodies, contact);
-  plan.limit = options.step && cut_by_output(plan, h) ? "output.every" : reason;
+  plan.is_scaling_asked = options.mass_scaling;
+  plan.limit = cut_by_output(plan, h) ? "output.every" : reason;
   return plan;
 }
 

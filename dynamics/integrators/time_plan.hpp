@@ -23,6 +23,7 @@ struct TimePlan {
   double critical = 0;
   // Bodies that can_scale() get all modes above this frequency scaled to it (rad/s); 0: none.
   double clip = 0;
+  bool is_scaling_asked = false;  // time.mass_scaling, whether or not the step is long enough for it to do something
 
   Index n_steps() const { return n_whole + n_rest; }
   double time(Index step) const;

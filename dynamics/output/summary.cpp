@@ -73,12 +73,25 @@ void step_lines(const BuiltScene& built, const RunResult& result, Report& report
     line << "; step limited by " << plan.limit;
   }
   report.line(line.str());
-  if (plan.clip == 0) return;
+  if (plan.clip == 0) {
+    if (plan.is_scaling_asked)
+      report.line("mass scaling: nothing is scaled, as the step is not above the critical one of any superelement that touches" +
+                  std::string(plan.limit == "output.every" ? ": a longer output.every would allow longer steps" : ""));
+    return;
+  }
   std::ostringstream scaling;
   scaling.precision(3);
   scaling << "mass scaling: in superelements that touch, all modes above " << plan.clip / (2 * std::numbers::pi)
           << " Hz have that frequency; they held at most " << 100 * result.scaled_energy_share << " % of the energy at an output";
   report.line(scaling.str());
+  constexpr double too_much = 0.1;
+  if (result.scaled_energy_share > too_much) {
+    std::ostringstream warning;
+    warning.precision(2);
+    warning << "mass scaling: the modes that are scaled held " << 100 * result.scaled_energy_share
+            << " % of the energy: their motion is not that of the body; take a smaller step";
+    report.warning(warning.str());
+  }
 }
 
 // "1 step", "2 steps"

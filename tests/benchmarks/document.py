@@ -95,11 +95,20 @@ def best(rows, r):
     return max(good, key=lambda row: row["speedup"], default=None)
 
 
+def nearest(rows, r):
+    """What to say of mesh r when no row is below 0.5 %."""
+    run = [row for row in rows if row["r"] == r and row["model"] == "a" and not row["note"] and row["enforcement"] == "impulse"]
+    least = min(run, key=lambda row: row["rms_percent_of_half_speed"], default=None)
+    return f"none below 0.5 %; least {number(least['rms_percent_of_half_speed'])} % at {number(least['speedup'])} times ({least['row']})" if least else "not measured"
+
+
 def target_table(out):
     rows, lines = read_csv(out / "t1.csv"), []
+    if not rows:
+        return ""  # what the page has stays
     for r, wanted in ((1, 5), (2, 20), (4, 60)):
         row = best(rows, r)
-        reached = f"{number(row['speedup'])} times, rms {number(row['rms_percent_of_half_speed'])} % ({row['row']})" if row else "not measured"
+        reached = f"{number(row['speedup'])} times, rms {number(row['rms_percent_of_half_speed'])} % ({row['row']})" if row else nearest(rows, r)
         lines.append([f"T1 (a) stepping, r = {r}: {wanted} times faster than the full mesh, rms below 0.5 %", reached, yes_no(row and row["speedup"] >= wanted)])
     row = next((row for row in read_csv(out / "projected.csv") if row["modes"] == 20), None)
     if row:

@@ -19,19 +19,25 @@ class Rates:
     def bytes(self, working_set):
         return self.of["triad_l2" if working_set < self.threads * self.second_cache else "triad_large"]
 
+    def reading(self, working_set):
+        """Bytes a second of what is only read: gemv's rate."""
+        return max(self.bytes(working_set), self.of["gemv_l2" if working_set < self.threads * self.second_cache else "gemv_large"])
+
     def seconds(self, flops=0.0, data=0.0, working_set=None):
         return max(flops / self.flops(), data / self.bytes(data if working_set is None else working_set))
 
 
 def mesh_step(rates, n_elements, n_nodes):
-    """A step of central differences of a mesh of 8-node hexes, lumped mass: the lesser of
+    """A step of central differences of a mesh of 8-node hexes, lumped mass: the least of
+    equal boxes, 288 flops each (Walsh transforms, eight 3 x 3 products, the sums; decisions/full-mesh.md) and no numbers,
     element by element, 2 x 24 x 24 flops and 8 node numbers (4 bytes) each, and
     assembled, the symmetric half of 27 blocks of 3 x 3 a node with a number (4 bytes) each;
     and either way u and v read and written, the mass read: 13 numbers a node."""
     vectors = 13 * 8 * n_nodes
+    boxes = rates.seconds(flops=288 * n_elements, data=vectors)
     by_element = rates.seconds(flops=1152 * n_elements, data=32 * n_elements + vectors)
     assembled = rates.seconds(flops=27 * 18 * n_nodes, data=14 * 76 * n_nodes + vectors)
-    return min(by_element, assembled)
+    return min(boxes, by_element, assembled)
 
 
 def flight_step(rates, n):
@@ -43,8 +49,10 @@ def contact_step(rates, n, m, rows, scaled=False):
     """A step of two instances of one superelement of n coordinates (scaled: those below the clip) whose m nodes each are in contact,
     `rows` of them active: the flight of both; V's 3 m rows, shared, read once for the end and once for the impulse; half of the
     symmetric response of 3 m dofs read once; scaled: r, r' of 3 m dofs read and written."""
-    data = 2 * 8 * 3 * m * n + 4 * (3 * m) ** 2 + (2 * 4 * 8 * 3 * m if scaled else 0)
-    return 2 * flight_step(rates, n) + rates.seconds(flops=2 * data / 8 + 2 * rows**2, data=data)
+    data = 2 * 8 * 3 * m * n + 4 * (3 * m) ** 2
+    state = 2 * 4 * 8 * 3 * m if scaled else 0
+    flops = 2 * data / 8 + 2 * rows**2
+    return 2 * flight_step(rates, n) + max(flops / rates.flops(), data / rates.reading(data)) + rates.seconds(data=state)
 
 
 def reading(rates, size):

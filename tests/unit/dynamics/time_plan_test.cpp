@@ -185,6 +185,21 @@ TEST(TimePlan, StepsThatCannotBeCountedAreRefused) {
   EXPECT_THROW(plan_time(options, 1e-25, {}, {}), InputError);
 }
 
+TEST(TimePlan, OutputsThatHoldTheStepBackAreNamed) {
+  Geometry geometry;
+  std::vector<std::unique_ptr<Body>> bodies;
+  bodies.push_back(test::make_body("block", test::Part{}, geometry));
+  const double critical = critical_step(*bodies[0], true);
+  TimeOptions options;
+  options.end = 100 * critical;
+  options.mass_scaling = true;
+  for (const double every : {0.5, 3.0}) {
+    const TimePlan plan = plan_time(options, every * critical, bodies, {ContactKind::hard});
+    EXPECT_EQ(plan.limit == "output.every", every < 1) << plan.limit;
+    EXPECT_TRUE(plan.is_scaling_asked);
+  }
+}
+
 TEST(TimePlan, CentralDifferencesAreBoundedJustBelowTheCriticalStep) {
   for (const MassKind mass : {MassKind::lumped, MassKind::consistent}) {
     test::Part part;
