@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "skinner/command.hpp"
 
+#include <algorithm>
+
 #include "common/error.hpp"
 #include "common/scene.hpp"
+#include "common/superelement.hpp"
+#include "common/unchanged_files.hpp"
 #include "skinner/skin.hpp"
 
 namespace cbr {
@@ -28,9 +32,26 @@ bool is_same_file(const std::filesystem::path& a, const std::filesystem::path& b
   return a.lexically_normal() == b.lexically_normal() || (std::filesystem::equivalent(a, b, error) && !error);
 }
 
+// What cbr-dyn refuses is a warning here: cbr-reduce may be run after cbr-skin, too.
+void warn_of_stale_superelements(const Scene& scene, Report& report) {
+  for (const auto& [name, component] : scene.components) {
+    const bool used = std::any_of(scene.instances.begin(), scene.instances.end(), [&, &its_name = name](const Instance& instance) {
+      return instance.as == InstanceKind::superelement && instance.component == its_name;
+    });
+    if (!used || !component.reduction || !std::filesystem::exists(component.reduction->superelement)) continue;
+    if (read_content_hash(component.reduction->superelement) == content_hash(scene, component)) continue;
+    report.warning(component.source.text() + ": component '" + name + "': the superelement " +
+                   component.reduction->superelement.string() +
+                   " was not made from the present mesh, materials and reduction options, the skinned mesh is: run cbr-reduce " +
+                   (scene.file == "-" ? "SCENE" : scene.file.string()));
+  }
+}
+
 void skin_a_mesh(const SkinCommand& command, Report& report) {
   if (command.sidesets.empty()) throw InputError(command.input + ": which sidesets? Give --sideset NAME, once for each");
   if (command.output.empty()) throw InputError(command.input + ": where to? Give -o FILE.msh or -o FILE.exo");
+  UnchangedFiles inputs;
+  inputs.add(command.input);
   SkinnedMesh skinned;
   {
     const auto phase = report.phase("reading the mesh");
@@ -42,6 +63,7 @@ void skin_a_mesh(const SkinCommand& command, Report& report) {
   } catch (const InputError& error) {
     throw InputError(command.input + ": " + error.what());
   }
+  inputs.check();
   write(skinned, command.output, report);
 }
 
@@ -59,11 +81,15 @@ void skin_a_scene(const SkinCommand& command, std::ostream* scene_out, Report& r
       if (is_same_file(component.mesh, scene.skin->mesh))
         throw InputError(scene.skin->source.text() + ": skin: mesh: '" + scene.skin->mesh.filename().string() +
                          "' is the mesh of component '" + name + "' and would be lost: give the skinned mesh another name");
+    UnchangedFiles inputs;
+    for (const Instance& instance : scene.instances) inputs.add(component_of(scene, instance).mesh);
     SkinnedMesh skinned;
     {
       const auto phase = report.phase("reading and skinning");
       skinned = skin_scene(scene);
+      warn_of_stale_superelements(scene, report);
     }
+    inputs.check();
     write(skinned, scene.skin->mesh, report);
   } else {
     if (!command.output.empty())

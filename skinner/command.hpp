@@ -18,7 +18,8 @@ struct SkinCommand {
 };
 
 // Writes the skinned mesh, and for a scene the scene, with the mesh filled in, to `scene_out` unless that is null.
-// InputError: those of the readers; options that do not belong together.
+// Warns of superelements that are there and not of the present inputs. InputError: those of the readers; options that do not belong
+// together. RunError: a mesh was replaced meanwhile.
 void run_skin(const SkinCommand& command, std::ostream* scene_out, Report& report);
 
 }  // namespace cbr

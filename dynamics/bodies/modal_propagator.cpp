@@ -43,12 +43,14 @@ ModalPropagator modal_propagator(const Vector& omega, double h, bool with_loads)
   const Index n = omega.size();
   ModalPropagator step;
   step.h = h;
-  step.c.resize(n), step.s.resize(n), step.ws.resize(n);
+  for (Vector* v : {&step.c, &step.s, &step.t, &step.sign}) v->resize(n);
   for (Index j = 0; j < n; ++j) {
     const double x = omega[j] * h;
-    step.c[j] = std::cos(x);
-    step.s[j] = x == 0 ? h : std::sin(x) / omega[j];
-    step.ws[j] = omega[j] * std::sin(x);
+    const double cosine = std::cos(x), sine = std::sin(x);
+    step.c[j] = cosine;
+    step.s[j] = x == 0 ? h : sine / omega[j];
+    step.sign[j] = cosine < 0 ? -1 : 1;
+    step.t[j] = omega[j] * step.sign[j] * sine / (1 + std::abs(cosine));
   }
   if (!with_loads) return step;
   for (Vector* v : {&step.a0, &step.a1, &step.b0, &step.b1, &step.i0, &step.i1}) v->resize(n);
@@ -62,8 +64,16 @@ ModalPropagator modal_propagator(const Vector& omega, double h, bool with_loads)
 }
 
 void propagate_free(const ModalPropagator& step, const Vector& eta, const Vector& v, Vector& eta_end, Vector& v_end) {
-  eta_end = step.c.array() * eta.array() + step.s.array() * v.array();
-  v_end = step.c.array() * v.array() - step.ws.array() * eta.array();
+  const Index n = eta.size();
+  eta_end.resize(n), v_end.resize(n);
+  const double *s = step.s.data(), *t = step.t.data(), *sign = step.sign.data(), *eta0 = eta.data(), *v0 = v.data();
+  double* __restrict eta1 = eta_end.data();
+  double* __restrict v1 = v_end.data();
+  for (Index j = 0; j < n; ++j) {
+    const double half = v0[j] - t[j] * eta0[j], end = sign[j] * eta0[j] + s[j] * half;
+    eta1[j] = end;
+    v1[j] = sign[j] * half - t[j] * end;
+  }
 }
 
 void add_load(const ModalPropagator& step, const Vector& f0, const Vector& f1, Vector& eta_end, Vector& v_end) {

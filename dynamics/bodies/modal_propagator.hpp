@@ -7,18 +7,22 @@
 namespace cbr {
 
 // Coefficients per mode (n) for one step length. With x = omega h:
-//   eta(h) = c eta0 + s v0 + a0 f0 + a1 f1,   v(h) = -ws eta0 + c v0 + b0 f0 + b1 f1,
+//   eta(h) = c eta0 + s v0 + a0 f0 + a1 f1,   v(h) = -omega sin(x) eta0 + c v0 + b0 f0 + b1 f1,
 //   integral of eta over the step = s eta0 + b1 h v0 + i0 f0 + i1 f1     (what the work of a load needs)
 struct ModalPropagator {
   double h = 0;
-  Vector c, s, ws;                // cos x, sin(x)/omega (h for a rigid mode), omega sin x
+  Vector c, s;                    // cos x, sin(x)/omega (h for a rigid mode)
+  Vector t, sign;                 // omega tan(y / 2), +1 for y = x; where cos x < 0 y = x - pi, and -1
   Vector a0, a1, b0, b1, i0, i1;  // load terms; empty unless asked for
 };
 
 // omega: n, rad/s, >= 0. No cancellation for small omega h: power series below x = 1.
 ModalPropagator modal_propagator(const Vector& omega, double h, bool with_loads);
 
-// (eta, v) at the start -> at the end, without loads. The outputs may not alias the inputs.
+// (eta, v) at the start -> at the end, without loads, as three shears:
+//   v* = v0 - t eta0,   eta(h) = sign eta0 + s v*,   v(h) = sign v* - t eta(h).
+// Each has determinant 1 whatever its coefficient, while cos^2 x + sin^2 x of rounded coefficients is 1 to some 1e-16 only, by
+// which each step would multiply the energy: a million steps would change it by 1e-10. The outputs may not alias the inputs.
 void propagate_free(const ModalPropagator& step, const Vector& eta, const Vector& v, Vector& eta_end, Vector& v_end);
 
 // Adds the part of a load with modal amplitude f0 at the start and f1 at the end, linear in between.

@@ -49,11 +49,10 @@ ScaledStep scaled_step(const Vector& omega, double clip, double h, bool with_loa
 
 void propagate_free(const ScaledStep& step, const ScaledState& start, ScaledState& end) {
   propagate_free(step.kept, start.eta, start.v, end.eta, end.v);
-  const double c = step.scaled.c[0], s = step.scaled.s[0], ws = step.scaled.ws[0];
-  end.r = c * start.r + s * start.dr;
-  end.dr = c * start.dr - ws * start.r;
-  end.y = c * start.y + s * start.dy;
-  end.dy = c * start.dy - ws * start.y;
+  const double s = step.scaled.s[0], t = step.scaled.t[0], sign = step.scaled.sign[0];
+  end.dr = start.dr - t * start.r, end.dy = start.dy - t * start.y;
+  end.r = sign * start.r + s * end.dr, end.y = sign * start.y + s * end.dy;
+  end.dr = sign * end.dr - t * end.r, end.dy = sign * end.dy - t * end.y;
 }
 
 void add_load(const ScaledStep& step, const ScaledLoad& f0, const ScaledLoad& f1, ScaledState& end) {

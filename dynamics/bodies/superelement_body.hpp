@@ -95,6 +95,7 @@ class SuperelementBody final : public Body {
   void accept_exact();
   void accept_central();
   void accept_newmark();
+  void newmark_rates();
   double energy_product(const Vector& a, const Vector& b) const;
   void book_friction(double work);
   void arrive_newmark();
@@ -129,6 +130,7 @@ class SuperelementBody final : public Body {
   Vector d_, a_, e_, move_, load_change_;
   mutable Vector newmark_weight_;
   mutable double newmark_h_ = 0;
+  mutable Index n_soft_ = 0;                // modes whose omega h is not large
   bool started_ = false, arrived_ = false;  // arrived_: the end of the step is known, impulses included
   BodyWork work_;
 };

@@ -2,17 +2,24 @@
 // A superelement under Newmark's method (HHT-alpha): its modes are uncoupled, so a step solves nothing.
 #include <Eigen/Dense>
 
+#include <algorithm>
 #include <cassert>
 
 #include "dynamics/bodies/superelement_body.hpp"
 
 namespace cbr {
+namespace {
+
+constexpr double stiff = 20;  // omega h of a mode whose rates are taken from its move
+
+}  // namespace
 
 // h / (1 + theta omega^2): half of it is what an impulse on a mode moves its end by.
 const Vector& SuperelementBody::newmark_weight(double h) const {
   if (newmark_h_ != h || newmark_weight_.size() != form_->omega.size()) {
     newmark_weight_ = h / (1 + newmark_.stiffness_factor(h) * form_->omega.array().square());
     newmark_h_ = h;
+    n_soft_ = std::upper_bound(form_->omega.begin(), form_->omega.end(), stiff / h) - form_->omega.begin();
   }
   return newmark_weight_;
 }
@@ -20,7 +27,6 @@ const Vector& SuperelementBody::newmark_weight(double h) const {
 // Of the move d = eta_1 - eta_0, which is kept by itself as it may be small beside both, with a_1 = e - (1 + alpha) omega^2 d and e
 // = (1 + alpha) f_1 - alpha f_0 - omega^2 eta_0:
 //   (1 + theta omega^2) d = h v_0 + h^2 ((1/2 - beta) a_0 + beta e).
-// Rates from d keep their digits for stiff modes and far from the origin.
 void SuperelementBody::predict_newmark(double h) {
   const auto omega2 = form_->omega.array().square();
   const double alpha = newmark_.alpha, beta = newmark_.beta();
@@ -54,8 +60,7 @@ void SuperelementBody::accept_newmark() {
   if (kicked_) work_.contact += kick_.dot(d_) / h_;
   if (rubbed_) book_friction(friction_kick_.dot(d_) / h_);
   e_.array() -= (1 + alpha) * omega2 * d_.array();  // a_1
-  v_end_ = (2 / h_) * d_ - v_;
-  if (alpha != 0) v_end_ -= 2 * quarter * (e_ - a_);
+  newmark_rates();
   if (!loads_.empty()) {
     work_.external += 0.5 * d_.dot(f0_ + f1_);
     if (alpha != 0) work_.external -= k * d_.dot(f1_ - f0_ - load_change_);
@@ -69,6 +74,30 @@ void SuperelementBody::accept_newmark() {
   }
   a_.swap(e_);
   f0_.swap(f1_);
+}
+
+// v_1 of the move and of a_0, a_1 (in e). With alpha = 0 a step is a map (eta, v)_0 -> (eta, v)_1 of determinant 1, which keeps the
+// energy. Written with coefficients that are rounded it has to be so too, or else the energy grows or decays by some 1e-16 in every
+// step: as three shears, each of which has determinant 1 whatever its coefficient. Up to omega h = 20 these are
+//   v* = v_0 + h/2 a_0,   eta_1 = eta_0 + d(v*),   v_1 = v* + h/2 a_1,
+// which at larger omega h takes v_1 as a small difference of large numbers; there the roles of eta and v are exchanged, nearly:
+//   v_1 = 2/h d - v_0,   eta_1 = (f_0 + f_1 - 2/h (v_1 - v_0 - p)) / omega^2 - eta_0,   a_1 = f_1 - omega^2 eta_1.
+void SuperelementBody::newmark_rates() {
+  const double alpha = newmark_.alpha, gamma = newmark_.gamma();
+  const Index m = n_soft_, n = eta_.size() - n_soft_;
+  v_end_.head(m) = v_.head(m) + h_ * ((1 - gamma) * a_.head(m) + gamma * e_.head(m));
+  if (kicked_) v_end_.head(m) += kick_.head(m);
+  if (n == 0) return;
+  v_end_.tail(n) = (2 / h_) * d_.tail(n) - v_.tail(n);
+  if (alpha != 0) {
+    v_end_.tail(n) -= 0.5 * alpha * alpha * h_ * (e_.tail(n) - a_.tail(n));
+    return;
+  }
+  f_.tail(n) = v_end_.tail(n) - v_.tail(n);
+  if (kicked_) f_.tail(n) -= kick_.tail(n);
+  const auto omega2 = form_->omega.tail(n).array().square();
+  eta_end_.tail(n) = (f0_.tail(n) + f1_.tail(n) - (2 / h_) * f_.tail(n)).array() / omega2 - eta_.tail(n).array();
+  e_.tail(n) = f1_.tail(n).array() - omega2 * eta_end_.tail(n).array();
 }
 
 void SuperelementBody::arrive_newmark() {

@@ -18,10 +18,16 @@ namespace fs = std::filesystem;
 
 constexpr const char* format = "cbr-checkpoint";
 // To be raised when what a keep_state() names changes: files of before cannot be read then.
-constexpr const char* format_version = "1.0";
+constexpr const char* format_version = "1.1";
 
-std::string hash_of(const std::vector<Index>& words) {
-  return bytes_hash({reinterpret_cast<const char*>(words.data()), words.size() * sizeof(Index)});
+// Of all that a run that goes on takes from the file.
+std::string hash_of(const Checkpoint& checkpoint, const std::vector<Index>& words) {
+  const auto text = [](const auto* values, std::size_t n) {
+    return bytes_hash({reinterpret_cast<const char*>(values), n * sizeof *values});
+  };
+  const Index whole[] = {checkpoint.step, checkpoint.threads};
+  return bytes_hash(text(words.data(), words.size()) + text(checkpoint.field_times.data(), checkpoint.field_times.size()) +
+                    text(&checkpoint.time, 1) + text(whole, 2));
 }
 
 bool is_checkpoint(const fs::path& file) {
@@ -67,7 +73,7 @@ void write_checkpoint(const fs::path& file, const std::string& hash, const Check
   out.attribute("/", "format_version", std::string(format_version));
   out.attribute("/", "generator", generator());
   out.attribute("/", "run_hash", hash);
-  out.attribute("/", "state_hash", hash_of(state.words()));
+  out.attribute("/", "state_hash", hash_of(checkpoint, state.words()));
   out.attribute("/", "threads", Index{checkpoint.threads});
   out.attribute("/", "step", checkpoint.step);
   out.write("/time", checkpoint.time);
@@ -101,7 +107,7 @@ std::pair<Checkpoint, StateArchive> read_checkpoint(const fs::path& file, const 
   std::vector<Index> state = in.read_indices("/state");
   const Vector times = in.read_vector("/field_times");
   checkpoint.field_times.assign(times.begin(), times.end());
-  if (hash_of(state) != in.read_string("/", "state_hash"))
+  if (hash_of(checkpoint, state) != in.read_string("/", "state_hash"))
     throw InputError(file.string() + ": is damaged: the hash of its state is not the one that it names");
   return {std::move(checkpoint), StateArchive(std::move(state), file.string())};
 }

@@ -229,7 +229,7 @@ BuiltScene build(const Scene& scene, Report& report, const BuildOptions& options
   built.simulation.plan = plan_time(*scene.time, scene.output.every, built.simulation.bodies, in_contact);
   set_contact_step(in_contact, built);
   scale_bodies(in_contact, built);
-  look_for_overlaps(built, report);
+  look_for_overlaps(scene, built, report);
   warn_of_missed_loads(scene, built, report);
   return built;
 }

@@ -6,7 +6,7 @@ set -u
 here=$(cd "$(dirname "$0")" && pwd)
 build=$1 minutes=$2
 shift 2
-[ $# -gt 0 ] || set -- scene gmsh exodus superelement edits program
+[ $# -gt 0 ] || set -- scene gmsh exodus superelement edits program checkpoint
 mkdir -p "$build/findings"
 failed=0
 for target in "$@"; do

@@ -18,13 +18,15 @@ void exodus(Bytes bytes);        // Exodus II and Sierra's superelements: likewi
 void superelement(Bytes bytes);  // HDF5: read, checked, written, read again
 void edits(Bytes bytes);         // bytes are a list of edits of a whole superelement file, which is then read and run
 void program(Bytes bytes);       // YAML: reduced, built and run on small meshes
+void checkpoint(Bytes bytes);    // bytes are damage to a checkpoint or its fields, from which a run then goes on
 
 struct Target {
   const char* name;
   void (*run)(Bytes);
 };
-inline constexpr Target targets[] = {{"scene", scene}, {"gmsh", gmsh},      {"exodus", exodus}, {"superelement", superelement},
-                                     {"edits", edits}, {"program", program}};
+inline constexpr Target targets[] = {
+    {"scene", scene}, {"gmsh", gmsh},       {"exodus", exodus},        {"superelement", superelement},
+    {"edits", edits}, {"program", program}, {"checkpoint", checkpoint}};
 
 // What must hold for every input.
 inline void require(bool holds, const char* what) {

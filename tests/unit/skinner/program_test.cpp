@@ -34,10 +34,11 @@ struct Here {
     write_mesh(test::brick(2, 1, 1), folder / "here" / "brick.msh");
     test::write_text(folder / "here" / "a.yaml", scene_text);
   }
-  Outcome skin(const std::string& arguments) {
+  Outcome skin(const std::string& arguments) { return run(CBR_SKIN, arguments); }
+  Outcome run(const std::string& program, const std::string& arguments) {
     const std::string work = (folder / "here").string(), out = (folder / "out").string(), err = (folder / "err").string();
     const int status =
-        std::system(("cd '" + work + "' && " CBR_SKIN " " + arguments + " > '" + out + "' 2> '" + err + "'").c_str());
+        std::system(("cd '" + work + "' && " + program + " " + arguments + " > '" + out + "' 2> '" + err + "'").c_str());
     return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, test::read_text(out), test::read_text(err)};
   }
   std::filesystem::path operator/(const std::string& name) const { return folder / "here" / name; }
@@ -104,6 +105,23 @@ TEST(SkinProgram, aSceneWithoutSkinPassesThroughAndNoMeshIsRead) {
   test::write_text(here.folder / "b.yaml", once.out);
   EXPECT_EQ(here.skin("../b.yaml").out, once.out);
   EXPECT_EQ(here.n_files(), 1U);
+}
+
+// The mesh replaced between cbr-reduce and cbr-skin: the skin is of another mesh than the superelement.
+TEST(SkinProgram, warnsOfASuperelementThatIsNotOfThePresentMesh) {
+  Here here;
+  EXPECT_EQ(here.skin("a.yaml -q").err, "");  // none there yet
+  ASSERT_EQ(here.run(CBR_REDUCE, "a.yaml -q").code, 0);
+  EXPECT_EQ(here.skin("a.yaml -q").err, "");
+  write_mesh(test::brick(3, 1, 1), here / "brick.msh");
+  const Outcome stale = here.skin("a.yaml -q");
+  EXPECT_EQ(stale.code, 0);
+  for (const char* part : {"warning: ", "component 'brick'", "brick.cbr.h5", "run cbr-reduce"})
+    EXPECT_NE(stale.err.find(part), std::string::npos) << stale.err;
+  ASSERT_EQ(here.run(CBR_REDUCE, "a.yaml -q").code, 0);
+  EXPECT_EQ(here.skin("a.yaml -q").err, "");
+  test::write_text(here / "brick.cbr.h5", "no superelement");
+  EXPECT_NE(here.skin("a.yaml -q").err.find("brick.cbr.h5"), std::string::npos);
 }
 
 TEST(SkinProgram, badInputIsOneLineAndLeavesNothing) {
