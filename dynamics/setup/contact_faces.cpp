@@ -95,7 +95,8 @@ void join_faces(const IndexTable& faces, IndexTable& all) {
   Seen seen;
   Surface both;
   both.faces.resize(all.rows() + faces.rows(), 4);
-  both.faces << all, faces;
+  if (all.rows() > 0) both.faces.topRows(all.rows()) = all;
+  if (faces.rows() > 0) both.faces.bottomRows(faces.rows()) = faces;
   all = unseen(both, seen).faces;
 }
 
