@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <initializer_list>
 #include <set>
+#include <unordered_set>
 
 #include "common/error.hpp"
 
@@ -14,24 +16,20 @@ namespace {
 constexpr int deepest_merge = 20;   // an anchor may hold itself
 constexpr int most_merges = 10000;  // or hold others twice, which hold others twice, ...
 
-std::string quoted(const std::string& text) {
+std::string quoted(std::string_view text) {
   constexpr std::size_t longest = 60;
-  return "'" + (text.size() > longest ? text.substr(0, longest) + "..." : text) + "'";
-}
-
-int line_of(const YAML::Node& node, int otherwise) {
-  return node.IsDefined() && !node.Mark().is_null() ? node.Mark().line + 1 : otherwise;
+  return "'" + std::string(text.substr(0, longest)) + (text.size() > longest ? "..." : "") + "'";
 }
 
 template <typename Number>
-std::from_chars_result parse(const std::string& text, Number& value) {
+std::from_chars_result parse(std::string_view text, Number& value) {
   const char* begin = text.data();
   const char* end = begin + text.size();
   if (text.size() > 1 && *begin == '+' && begin[1] != '-') ++begin;
   return std::from_chars(begin, end, value);
 }
 
-bool is_any_of(const std::string& text, const std::vector<std::string>& words) {
+bool is_any_of(std::string_view text, std::initializer_list<std::string_view> words) {
   return std::find(words.begin(), words.end(), text) != words.end();
 }
 
@@ -42,35 +40,42 @@ void SceneNode::fail(const std::string& what) const {
 }
 
 std::string SceneNode::found() const {
-  if (is_null()) return "nothing";
-  if (node_.IsMap()) return "a map";
-  if (node_.IsSequence()) return "a list";
-  return quoted(node_.Scalar());
+  switch (kind()) {
+    case YamlTree::Kind::null:
+      return "nothing";
+    case YamlTree::Kind::map:
+      return "a map";
+    case YamlTree::Kind::sequence:
+      return "a list";
+    default:
+      return quoted(word());
+  }
 }
 
 void SceneNode::fail_choice(const std::vector<std::string>& allowed) const {
-  fail("unknown value " + found() + nearest_name(node_.Scalar(), allowed) +
-       (nearest_name(node_.Scalar(), allowed).empty() ? ", " : " ") + "allowed: " + join(allowed));
+  const std::string hint = nearest_name(std::string(word()), allowed);
+  fail("unknown value " + found() + hint + (hint.empty() ? ", " : " ") + "allowed: " + join(allowed));
 }
 
 std::string SceneNode::text() const {
   if (!is_scalar()) fail("found " + found() + ", expected a word");
-  if (node_.Scalar().empty()) fail("found an empty word");
-  return node_.Scalar();
+  if (word().empty()) fail("found an empty word");
+  return std::string(word());
+}
+
+void SceneNode::fail_number(std::errc error, bool whole) const {
+  const bool infinite =
+      is_any_of(word(), {".nan", ".NaN", ".NAN", ".inf", ".Inf", ".INF", "-.inf", "-.Inf", "-.INF", "+.inf", "+.Inf", "+.INF"});
+  if (infinite || (error == std::errc() && whole)) fail("found " + found() + ", expected a finite number");
+  if (error == std::errc::result_out_of_range && whole) fail("found " + found() + ", which no double can hold");
+  fail("found " + found() + ", expected a number");
 }
 
 double SceneNode::number() const {
-  if (!is_scalar()) fail("found " + found() + ", expected a number");
-  const std::string& scalar = node_.Scalar();
-  if (is_any_of(scalar, {".nan", ".NaN", ".NAN", ".inf", ".Inf", ".INF", "-.inf", "-.Inf", "-.INF", "+.inf", "+.Inf", "+.INF"})) {
-    fail("found " + found() + ", expected a finite number");
-  }
   double value = 0;
-  const auto [end, error] = parse(scalar, value);
-  const bool whole = end == scalar.data() + scalar.size();
-  if (error == std::errc::result_out_of_range && whole) fail("found " + found() + ", which no double can hold");
-  if (error != std::errc() || !whole) fail("found " + found() + ", expected a number");
-  if (!std::isfinite(value)) fail("found " + found() + ", expected a finite number");
+  const auto [end, error] = parse(word(), value);
+  const bool whole = is_scalar() && end == word().data() + word().size();
+  if (error != std::errc() || !whole || !std::isfinite(value)) fail_number(error, whole);
   return value;
 }
 
@@ -99,44 +104,54 @@ double SceneNode::in_open_range(double low, double high) const {
 
 Index SceneNode::index(Index least) const {
   const std::string expected = ", expected a whole number from " + std::to_string(least);
-  if (!is_scalar()) fail("found " + found() + expected);
-  const std::string& scalar = node_.Scalar();
   Index value = 0;
-  const auto [end, error] = parse(scalar, value);
-  if (error != std::errc() || end != scalar.data() + scalar.size() || value < least) fail("found " + found() + expected);
+  const auto [end, error] = parse(word(), value);
+  if (error != std::errc() || end != word().data() + word().size() || value < least) fail("found " + found() + expected);
   return value;
 }
 
 bool SceneNode::boolean() const {
   if (!is_scalar()) fail("found " + found() + ", expected true or false");
-  std::string word = node_.Scalar();
-  std::transform(word.begin(), word.end(), word.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  if (is_any_of(word, {"true", "yes", "on"})) return true;
-  if (is_any_of(word, {"false", "no", "off"})) return false;
+  std::string lower(word());
+  std::transform(lower.begin(), lower.end(), lower.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (is_any_of(lower, {"true", "yes", "on"})) return true;
+  if (is_any_of(lower, {"false", "no", "off"})) return false;
   fail("found " + found() + ", expected true or false");
 }
 
+SceneNode SceneNode::item(std::size_t i) const {
+  const YamlTree::Id id = tree_->item(id_, i);
+  return {*tree_, id, path_ + "[" + std::to_string(i) + "]", tree_->line(id)};
+}
+
+std::size_t SceneNode::list_size() const {
+  if (!is_list()) fail("found " + found() + ", expected a list");
+  return tree_->size(id_);
+}
+
 std::vector<SceneNode> SceneNode::list() const {
-  if (!node_.IsSequence()) fail("found " + found() + ", expected a list");
   std::vector<SceneNode> items;
-  for (const auto& item : node_) {
-    items.emplace_back(item, file_, path_ + "[" + std::to_string(items.size()) + "]", line_of(item, line_));
-  }
+  items.reserve(list_size());
+  for_each_item([&](SceneNode node) { items.push_back(std::move(node)); });
   return items;
 }
 
 std::vector<SceneNode> SceneNode::list_or_one() const { return is_scalar() ? std::vector<SceneNode>{*this} : list(); }
 
+// Long tables: a path is made only for what is no number.
 std::vector<double> SceneNode::numbers() const {
-  std::vector<double> values;
-  for (const auto& item : list()) values.push_back(item.number());
+  std::vector<double> values(list_size());
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const std::string_view digits = tree_->text(tree_->item(id_, i));
+    const auto [end, error] = parse(digits, values[i]);
+    if (error != std::errc() || end != digits.data() + digits.size() || !std::isfinite(values[i])) values[i] = item(i).number();
+  }
   return values;
 }
 
 Vector3 SceneNode::vector3() const {
-  if (!node_.IsSequence() || node_.size() != 3) {
-    fail("found " + (node_.IsSequence() ? "a list of " + std::to_string(node_.size()) : found()) +
-         ", expected a list of three numbers");
+  if (!is_list() || tree_->size(id_) != 3) {
+    fail("found " + (is_list() ? "a list of " + std::to_string(tree_->size(id_)) : found()) + ", expected a list of three numbers");
   }
   const auto values = numbers();
   return {values[0], values[1], values[2]};
@@ -161,54 +176,58 @@ SceneMap SceneNode::map_of_any() const {
 }
 
 SceneMap::SceneMap(const SceneNode& node, std::vector<std::string> allowed) : node_(node), allowed_(std::move(allowed)) {
-  if (!node.node_.IsMap()) {
+  if (!node.is_map()) {
     node.fail("found " + node.found() + ", expected a map" + (allowed_.empty() ? "" : " with the keys " + join(allowed_)));
   }
-  add(node.node_, false, 0);
+  add(node.id_, false, 0);
 }
 
-void SceneMap::add(const YAML::Node& map, bool merged, int depth) {
+SceneNode SceneMap::value_of(YamlTree::Id map, std::size_t i, const std::string& key) const {
+  const YamlTree& tree = *node_.tree_;
+  return {tree, tree.value_of_key(map, i), (node_.path_.empty() ? "" : node_.path_ + ".") + key, tree.line(tree.key(map, i))};
+}
+
+void SceneMap::add(YamlTree::Id map, bool merged, int depth) {
   if (merged && ++n_merges_ > most_merges) node_.fail("merge keys (<<) lead to too many maps");
-  std::set<std::string> here;
-  std::vector<YAML::Node> merge;
-  for (const auto& entry : map) {
-    const int line = line_of(entry.first, node_.line_);
-    if (!entry.first.IsScalar()) {
-      SceneNode(entry.first, node_.file_, node_.path_, line).fail("a key is not a plain word");
-    }
-    const std::string key = entry.first.Scalar();
-    if (key == "<<" && entry.first.Tag() != "!") {  // "!" is the tag of a quoted word
-      merge.push_back(entry.second);
+  const YamlTree& tree = *node_.tree_;
+  std::unordered_set<std::string> here;
+  std::vector<YamlTree::Id> merge;
+  for (std::size_t i = 0; i < tree.size(map); ++i) {
+    const YamlTree::Id id = tree.key(map, i);
+    if (tree.kind(id) != YamlTree::Kind::scalar) SceneNode(tree, id, node_.path_, tree.line(id)).fail("a key is not a plain word");
+    const std::string key(tree.text(id));
+    if (key == "<<" && !tree.is_quoted(id)) {
+      merge.push_back(tree.value_of_key(map, i));
       continue;
     }
-    const SceneNode value(entry.second, node_.file_, (node_.path_.empty() ? "" : node_.path_ + ".") + key, line);
-    if (!here.insert(key).second) value.fail("key '" + key + "' is there twice, remove one");
-    if (!allowed_.empty() && !is_any_of(key, allowed_)) {
+    const auto value = [&] { return value_of(map, i, key); };
+    const bool is_twice = merged ? !here.insert(key).second : place_.contains(key);
+    if (is_twice) value().fail("key '" + key + "' is there twice, remove one");
+    if (!allowed_.empty() && std::find(allowed_.begin(), allowed_.end(), key) == allowed_.end()) {
       const std::string hint = nearest_name(key, allowed_);
-      value.fail("unknown key '" + key + "'" + hint + (hint.empty() ? ", " : " ") + "allowed: " + join(allowed_));
+      value().fail("unknown key '" + key + "'" + hint + (hint.empty() ? ", " : " ") + "allowed: " + join(allowed_));
     }
-    if (key.empty()) value.fail("a key is empty");
-    if (!merged || find(key) == nullptr) entries_.emplace_back(key, value);
+    if (key.empty()) value().fail("a key is empty");
+    if (place_.try_emplace(key, entries_.size()).second) entries_.emplace_back(key, value());
   }
-  for (const auto& value : merge) add_merged(value, depth + 1);
+  for (const YamlTree::Id value : merge) add_merged(value, depth + 1);
 }
 
 // What is merged in gives way to what is there: https://yaml.org/type/merge.html
-void SceneMap::add_merged(const YAML::Node& value, int depth) {
+void SceneMap::add_merged(YamlTree::Id value, int depth) {
   if (depth > deepest_merge) node_.fail("merge keys (<<) are nested too deeply, or one holds itself");
-  if (value.IsMap()) return add(value, true, depth);
-  if (!value.IsSequence()) node_.fail("merge key (<<): expected a map or a list of maps");
-  for (const auto& item : value) {
-    if (!item.IsMap()) node_.fail("merge key (<<): expected a map or a list of maps");
-    add(item, true, depth);
+  const YamlTree& tree = *node_.tree_;
+  if (tree.kind(value) == YamlTree::Kind::map) return add(value, true, depth);
+  if (tree.kind(value) != YamlTree::Kind::sequence) node_.fail("merge key (<<): expected a map or a list of maps");
+  for (std::size_t i = 0; i < tree.size(value); ++i) {
+    if (tree.kind(tree.item(value, i)) != YamlTree::Kind::map) node_.fail("merge key (<<): expected a map or a list of maps");
+    add(tree.item(value, i), true, depth);
   }
 }
 
 const SceneNode* SceneMap::find(const std::string& key) const {
-  for (const auto& [name, value] : entries_) {
-    if (name == key) return &value;
-  }
-  return nullptr;
+  const auto found = place_.find(key);
+  return found == place_.end() ? nullptr : &entries_[found->second].second;
 }
 
 const SceneNode& SceneMap::at(const std::string& key) const {
@@ -226,7 +245,7 @@ std::string SceneMap::exactly_one(const std::vector<std::string>& keys) const {
 }
 
 void require_known(const SceneNode& node, const std::string& kind, const std::string& name, const std::vector<std::string>& known) {
-  if (is_any_of(name, known)) return;
+  if (std::find(known.begin(), known.end(), name) != known.end()) return;
   const std::string hint = nearest_name(name, known);
   node.fail("unknown " + kind + " '" + name + "'" + hint + (hint.empty() ? ", " : " ") +
             "known: " + (known.empty() ? "none" : join(known)));

@@ -3,13 +3,15 @@
 // when the value is not what was asked for.
 #pragma once
 
-#include <yaml-cpp/yaml.h>
-
 #include <string>
+#include <string_view>
+#include <system_error>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
 #include "common/scene.hpp"
+#include "common/yaml_tree.hpp"
 
 namespace cbr {
 
@@ -17,16 +19,16 @@ class SceneMap;
 
 class SceneNode {
  public:
-  SceneNode(YAML::Node node, std::string file, std::string path, int line)
-      : node_(std::move(node)), file_(std::move(file)), path_(std::move(path)), line_(line) {}
+  // The tree must outlive it. `line`: of its key, where it is the value of one.
+  SceneNode(const YamlTree& tree, YamlTree::Id id, std::string path, int line)
+      : tree_(&tree), id_(id), line_(line), path_(std::move(path)) {}
 
   // "impact.yaml:12: components.block.mesh: WHAT"
   [[noreturn]] void fail(const std::string& what) const;
-  SourceLine source() const { return {file_, line_}; }
+  SourceLine source() const { return {tree_->name(), line_}; }
   const std::string& path() const { return path_; }
-  bool is_map() const { return node_.IsMap(); }
-  bool is_scalar() const { return node_.IsScalar(); }
-  bool is_null() const { return !node_.IsDefined() || node_.IsNull(); }
+  bool is_map() const { return kind() == YamlTree::Kind::map; }
+  bool is_scalar() const { return kind() == YamlTree::Kind::scalar; }
 
   std::string text() const;     // a scalar that is not empty
   double number() const;        // finite
@@ -38,6 +40,12 @@ class SceneNode {
   Vector3 vector3() const;  // a list of three numbers
   std::vector<double> numbers() const;
   std::vector<SceneNode> list() const;
+  // The same one by one, for lists of a million items.
+  template <typename Visit>
+  void for_each_item(const Visit& visit) const {
+    const std::size_t n = list_size();
+    for (std::size_t i = 0; i < n; ++i) visit(item(i));
+  }
   std::vector<SceneNode> list_or_one() const;  // [a, b], or a alone
   std::vector<std::string> names() const;      // list_or_one() of text(), none twice
   SceneMap map(std::vector<std::string> allowed) const;
@@ -49,12 +57,19 @@ class SceneNode {
 
  private:
   friend class SceneMap;
+  YamlTree::Kind kind() const { return tree_->kind(id_); }
+  std::string_view word() const { return tree_->text(id_); }  // empty unless a scalar
+  bool is_list() const { return kind() == YamlTree::Kind::sequence; }
+  std::size_t list_size() const;
+  SceneNode item(std::size_t i) const;
   std::string found() const;  // for messages: "'abc'", "a map", ...
+  [[noreturn]] void fail_number(std::errc error, bool whole) const;
   [[noreturn]] void fail_choice(const std::vector<std::string>& allowed) const;
 
-  YAML::Node node_;
-  std::string file_, path_;
+  const YamlTree* tree_;
+  YamlTree::Id id_;
   int line_ = 0;
+  std::string path_;
 };
 
 // A map whose keys are known: unknown keys, keys that are given twice and missing keys are errors. Merge keys (<<) are followed.
@@ -71,12 +86,14 @@ class SceneMap {
   std::string exactly_one(const std::vector<std::string>& keys) const;
 
  private:
-  void add(const YAML::Node& map, bool merged, int depth);
-  void add_merged(const YAML::Node& value, int depth);
+  void add(YamlTree::Id map, bool merged, int depth);
+  void add_merged(YamlTree::Id value, int depth);
+  SceneNode value_of(YamlTree::Id map, std::size_t i, const std::string& key) const;
 
   SceneNode node_;
   std::vector<std::string> allowed_;
   std::vector<std::pair<std::string, SceneNode>> entries_;
+  std::unordered_map<std::string, std::size_t> place_;  // of a key in entries_
   int n_merges_ = 0;
 };
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <utility>
 
 #include "common/error.hpp"
 #include "common/scene_parse.hpp"
@@ -51,25 +53,21 @@ std::vector<std::string> wall_names(const Scene& scene) {
   return names;
 }
 
-bool is_wall(const Scene& scene, const std::string& name) {
-  return std::any_of(scene.walls.begin(), scene.walls.end(), [&](const WallOptions& wall) { return wall.name == name; });
-}
-
 // INSTANCE.SURFACE or a wall.
-SurfaceName parse_partner(const SceneNode& node, const Scene& scene) {
+SurfaceName parse_partner(const SceneNode& node, const Scene& scene, const SceneNames& known) {
   const std::string text = node.text();
   const std::size_t dot = text.find('.');
-  if (dot != std::string::npos && is_wall(scene, text.substr(0, dot)))
+  if (dot != std::string::npos && known.walls.contains(text.substr(0, dot)))
     node.fail("found '" + text + "': '" + text.substr(0, dot) + "' is a rigid wall, which has no surfaces: name it alone");
-  if (dot != std::string::npos) return parse_surface_name(node, scene);
-  if (is_wall(scene, text)) return {"", text, node.source()};
+  if (dot != std::string::npos) return parse_surface_name(node, scene, known);
+  if (known.walls.contains(text)) return {"", text, node.source()};
   const auto names = wall_names(scene);
   const std::string hint = nearest_name(text, names);
   node.fail("found '" + text + "', expected INSTANCE.SURFACE or the name of a wall" + hint + (hint.empty() ? ", " : " ") +
             "walls: " + (names.empty() ? "none" : join(names)));
 }
 
-void parse_between(const SceneNode& node, const Scene& scene, ContactOptions& contact) {
+void parse_between(const SceneNode& node, const Scene& scene, const SceneNames& names, ContactOptions& contact) {
   if (node.is_scalar()) {
     if (node.text() != "all") node.fail("found '" + node.text() + "', expected all, or two surfaces: [a.SURFACE, b.SURFACE]");
     contact.all = true;
@@ -77,8 +75,8 @@ void parse_between(const SceneNode& node, const Scene& scene, ContactOptions& co
   }
   const auto surfaces = node.list();
   if (surfaces.size() != 2) node.fail("has " + std::to_string(surfaces.size()) + " surfaces, expected two: [a.SURFACE, b.SURFACE]");
-  contact.first = parse_partner(surfaces[0], scene);
-  contact.second = parse_partner(surfaces[1], scene);
+  contact.first = parse_partner(surfaces[0], scene, names);
+  contact.second = parse_partner(surfaces[1], scene, names);
   if (contact.first.text() == contact.second.text()) node.fail("'" + contact.first.text() + "' cannot be in contact with itself");
   if (contact.first.is_wall() && contact.second.is_wall())
     node.fail("'" + contact.first.text() + "' and '" + contact.second.text() +
@@ -122,11 +120,11 @@ void check_wall(const SceneMap& map, const ContactOptions& contact) {
   }
 }
 
-ContactOptions parse_one_contact(const SceneNode& node, const Scene& scene) {
+ContactOptions parse_one_contact(const SceneNode& node, const Scene& scene, const SceneNames& names) {
   const SceneMap map = node.map({"between", "formulation", "enforcement", "friction", "damping", "tied", "adjust"});
   ContactOptions contact;
   contact.source = node.source();
-  parse_between(map.at("between"), scene, contact);
+  parse_between(map.at("between"), scene, names, contact);
   if (const auto* formulation = map.find("formulation")) contact.formulation = formulation->one_of(formulation_words);
   if (const auto* enforcement = map.find("enforcement")) contact.enforcement = enforcement->one_of(enforcement_words);
   if (const auto* friction = map.find("friction")) contact.friction = friction->not_negative();
@@ -139,35 +137,39 @@ ContactOptions parse_one_contact(const SceneNode& node, const Scene& scene) {
   return contact;
 }
 
-bool is_same_pair(const ContactOptions& a, const ContactOptions& b) {
-  if (a.all || b.all) return a.all && b.all;
-  const std::string first = a.first.text(), second = a.second.text();
-  return (first == b.first.text() && second == b.second.text()) || (first == b.second.text() && second == b.first.text());
+// The same for the same two surfaces, in any order.
+std::pair<std::string, std::string> pair_key(const ContactOptions& contact) {
+  if (contact.all) return {};
+  std::pair<std::string, std::string> key{contact.first.text(), contact.second.text()};
+  if (key.second < key.first) std::swap(key.first, key.second);
+  return key;
 }
 
 }  // namespace
 
-SurfaceName parse_surface_name(const SceneNode& node, const Scene& scene) {
+SurfaceName parse_surface_name(const SceneNode& node, const Scene& scene, const SceneNames& names) {
   const std::string text = node.text();
   const auto dot = text.find('.');
   if (dot == std::string::npos || dot == 0 || dot + 1 == text.size()) node.fail("found '" + text + "', expected INSTANCE.SURFACE");
-  return {parse_instance_name(node, text.substr(0, dot), scene), text.substr(dot + 1), node.source()};
+  return {parse_instance_name(node, text.substr(0, dot), scene, names), text.substr(dot + 1), node.source()};
 }
 
-void parse_walls(const SceneNode& node, Scene& scene) {
+void parse_walls(const SceneNode& node, Scene& scene, SceneNames& names) {
   const SceneMap map = node.map_of_any();
   for (const auto& [name, value] : map.entries()) {
     require_plain_name(value, "a wall", name);
-    const auto instance = std::find_if(scene.instances.begin(), scene.instances.end(),
-                                       [&, wall = name](const Instance& i) { return i.name == wall; });
-    if (instance != scene.instances.end())
+    if (names.instances.contains(name)) {
+      const auto instance = std::find_if(scene.instances.begin(), scene.instances.end(),
+                                         [&, wall = name](const Instance& i) { return i.name == wall; });
       value.fail("an instance has the name '" + name + "' too (line " + std::to_string(instance->source.line) +
                  "): give the wall another one");
+    }
     scene.walls.push_back(parse_wall(value, name));
+    names.walls.insert(name);
   }
 }
 
-void parse_contact(const SceneNode& node, Scene& scene) {
+void parse_contact(const SceneNode& node, const SceneNames& names, Scene& scene) {
   if (node.is_scalar()) {
     if (node.text() != "all") node.fail("found '" + node.text() + "', expected all, or a list of {between: ...}");
     ContactOptions contact;
@@ -176,15 +178,15 @@ void parse_contact(const SceneNode& node, Scene& scene) {
     scene.contact.push_back(contact);
     return;
   }
-  for (const auto& item : node.list()) {
-    const ContactOptions contact = parse_one_contact(item, scene);
-    for (const auto& earlier : scene.contact) {
-      if (!is_same_pair(earlier, contact)) continue;
+  std::map<std::pair<std::string, std::string>, int> line_of;
+  node.for_each_item([&](const SceneNode& item) {
+    ContactOptions contact = parse_one_contact(item, scene, names);
+    const auto [earlier, is_new] = line_of.try_emplace(pair_key(contact), contact.source.line);
+    if (!is_new)
       item.fail((contact.all ? "all" : "[" + contact.first.text() + ", " + contact.second.text() + "]") + " is there twice (line " +
-                std::to_string(earlier.source.line) + " too), remove one");
-    }
-    scene.contact.push_back(contact);
-  }
+                std::to_string(earlier->second) + " too), remove one");
+    scene.contact.push_back(std::move(contact));
+  });
 }
 
 void check_contact_with_time(const Scene& scene) {

@@ -23,7 +23,7 @@ Material parse_material(const SceneNode& node) {
 
 std::string parse_material_name(const SceneNode& node, const Scene& scene) {
   const std::string name = node.text();
-  require_known(node, "material", name, keys_of(scene.materials));
+  if (!scene.materials.contains(name)) require_known(node, "material", name, keys_of(scene.materials));
   return name;
 }
 
@@ -104,8 +104,10 @@ Instance parse_instance(const SceneNode& node, const std::string& name, const Sc
   instance.name = name;
   instance.source = node.source();
   instance.component = map.at("component").text();
-  require_known(map.at("component"), "component", instance.component, keys_of(scene.components));
-  const bool is_reduced = scene.components.at(instance.component).reduction.has_value();
+  const auto component = scene.components.find(instance.component);
+  if (component == scene.components.end())
+    require_known(map.at("component"), "component", instance.component, keys_of(scene.components));
+  const bool is_reduced = component->second.reduction.has_value();
   instance.as = is_reduced ? InstanceKind::superelement : InstanceKind::mesh;
   if (const auto* as = map.find("as")) {
     instance.as = as->one_of(instance_words);
@@ -167,9 +169,12 @@ void parse_components(const SceneNode& node, const std::filesystem::path& folder
   }
 }
 
-void parse_instances(const SceneNode& node, Scene& scene) {
+void parse_instances(const SceneNode& node, Scene& scene, SceneNames& names) {
   const SceneMap map = node.map_of_any();
-  for (const auto& [name, value] : map.entries()) scene.instances.push_back(parse_instance(value, name, scene));
+  for (const auto& [name, value] : map.entries()) {
+    scene.instances.push_back(parse_instance(value, name, scene));
+    names.instances.insert(name);
+  }
 }
 
 }  // namespace cbr

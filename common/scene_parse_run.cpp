@@ -33,7 +33,7 @@ History parse_history(const SceneNode& node) {
   return history;
 }
 
-Load parse_load(const SceneNode& node, const Scene& scene) {
+Load parse_load(const SceneNode& node, const Scene& scene, const SceneNames& names) {
   const SceneMap map = node.map({"instance", "surface", "traction", "force", "gravity", "history"});
   Load load;
   load.source = node.source();
@@ -45,7 +45,7 @@ Load parse_load(const SceneNode& node, const Scene& scene) {
       if (const auto* value = map.find(key)) value->fail(std::string("gravity acts on everything, remove '") + key + "'");
     }
   } else {
-    load.instance = parse_instance_name(map.at("instance"), scene);
+    load.instance = parse_instance_name(map.at("instance"), scene, names);
     load.surface = map.at("surface").text();
   }
   if (const auto* history = map.find("history")) load.history = parse_history(*history);
@@ -80,14 +80,17 @@ CheckpointOptions parse_checkpoint(const SceneNode& node, const std::filesystem:
 
 }  // namespace
 
-std::string parse_instance_name(const SceneNode& node, const std::string& name, const Scene& scene) {
+std::string parse_instance_name(const SceneNode& node, const std::string& name, const Scene& scene, const SceneNames& names) {
+  if (names.instances.contains(name)) return name;
   std::vector<std::string> known;
   for (const auto& instance : scene.instances) known.push_back(instance.name);
   require_known(node, "instance", name, known);
   return name;
 }
 
-std::string parse_instance_name(const SceneNode& node, const Scene& scene) { return parse_instance_name(node, node.text(), scene); }
+std::string parse_instance_name(const SceneNode& node, const Scene& scene, const SceneNames& names) {
+  return parse_instance_name(node, node.text(), scene, names);
+}
 
 void parse_skin(const SceneNode& node, const std::filesystem::path& folder, Scene& scene) {
   const SceneMap map = node.map({"surfaces", "youngs_modulus", "poissons_ratio", "density", "thickness", "mesh"});
@@ -105,20 +108,20 @@ void parse_skin(const SceneNode& node, const std::filesystem::path& folder, Scen
   scene.skin = skin;
 }
 
-void parse_boundary(const SceneNode& node, Scene& scene) {
-  for (const auto& item : node.list()) {
+void parse_boundary(const SceneNode& node, const SceneNames& names, Scene& scene) {
+  node.for_each_item([&](const SceneNode& item) {
     const SceneMap map = item.map({"instance", "nodes", "fix"});
     BoundaryCondition condition;
     condition.source = item.source();
-    condition.instance = parse_instance_name(map.at("instance"), scene);
+    condition.instance = parse_instance_name(map.at("instance"), scene, names);
     condition.nodes = map.at("nodes").text();
     condition.fix = parse_axes(map.at("fix"));
     scene.boundary.push_back(condition);
-  }
+  });
 }
 
-void parse_loads(const SceneNode& node, Scene& scene) {
-  for (const auto& item : node.list()) scene.loads.push_back(parse_load(item, scene));
+void parse_loads(const SceneNode& node, const SceneNames& names, Scene& scene) {
+  node.for_each_item([&](const SceneNode& item) { scene.loads.push_back(parse_load(item, scene, names)); });
 }
 
 void parse_time(const SceneNode& node, Scene& scene) {
@@ -143,14 +146,14 @@ void parse_time(const SceneNode& node, Scene& scene) {
   scene.time = time;
 }
 
-void parse_output(const SceneNode& node, const std::filesystem::path& folder, Scene& scene) {
+void parse_output(const SceneNode& node, const std::filesystem::path& folder, const SceneNames& names, Scene& scene) {
   const SceneMap map = node.map({"every", "history", "fields", "checkpoint"});
   scene.output.source = node.source();
   if (const auto* every = map.find("every")) scene.output.every = every->not_negative();
   if (const auto* history = map.find("history")) {
     std::set<std::string> seen;
     for (const auto& item : history->list_or_one()) {
-      scene.output.history.push_back(parse_surface_name(item, scene));
+      scene.output.history.push_back(parse_surface_name(item, scene, names));
       if (!seen.insert(item.text()).second) item.fail("'" + item.text() + "' is there twice");
     }
   }
