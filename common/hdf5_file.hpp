@@ -34,6 +34,7 @@ class Hdf5Writer {
   void write(const std::string& dataset, const Matrix& values);              // rows x columns, row-major in the file
   void write(const std::string& dataset, const RowMatrix& values);           // likewise, without a copy
   void write(const std::string& dataset, const Points& values);
+  void link(const std::string& dataset, const std::string& name);  // one more name of a dataset that is there
   // Object "/" is the root; a group that is not there yet is made.
   void attribute(const std::string& object, const std::string& name, const std::string& value);
   void attribute(const std::string& object, const std::string& name, Index value);

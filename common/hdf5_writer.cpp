@@ -175,6 +175,12 @@ void Hdf5Writer::write(const std::string& dataset, const Matrix& values) {
   }
 }
 
+void Hdf5Writer::link(const std::string& dataset, const std::string& name) {
+  errno = 0;
+  impl_->make_groups(name);
+  impl_->require(H5Lcreate_hard(impl_->file, dataset.c_str(), impl_->file, name.c_str(), H5P_DEFAULT, H5P_DEFAULT) >= 0, name);
+}
+
 void Hdf5Writer::attribute(const std::string& object, const std::string& name, const std::string& value) {
   const char* text = value.c_str();
   impl_->write_attribute(object, name, string_type(), string_type(), &text);

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <iomanip>
 #include <set>
+#include <ostream>
 #include <sstream>
 
 #include "common/error.hpp"
@@ -95,10 +96,8 @@ std::string step_group(std::size_t step) { return "/steps/" + std::to_string(ste
 std::string grid_group(std::size_t grid) { return "/grids/" + std::to_string(grid) + "/"; }
 
 std::string item(const std::filesystem::path& heavy, const std::string& dataset, Index rows, Index columns, bool integer) {
-  std::ostringstream out;
-  out << "<DataItem Format=\"HDF\" NumberType=\"" << (integer ? "Int" : "Float") << "\" Precision=\"8\" Dimensions=\"" << rows
-      << ' ' << columns << "\">" << escaped(heavy.string()) << ':' << dataset << "</DataItem>";
-  return out.str();
+  return std::string("<DataItem Format=\"HDF\" NumberType=\"") + (integer ? "Int" : "Float") + "\" Precision=\"8\" Dimensions=\"" +
+         std::to_string(rows) + ' ' + std::to_string(columns) + "\">" + escaped(heavy.string()) + ':' + dataset + "</DataItem>";
 }
 
 }  // namespace
@@ -110,6 +109,8 @@ FieldWriter::FieldWriter(const Scene& scene, const BuiltScene& built, const std:
   heavy_file_.replace_extension(".fields.h5");
   heavy_name_ = heavy_file_.filename();
   for (Index i = 0; i < static_cast<Index>(built.instances.size()); ++i) add_instance_grids(scene, i, report);
+  contact_of_.assign(built.instances.size(), nullptr);
+  for (const ContactNodes& contact : built.simulation.contact_nodes) contact_of_[contact.body] = &contact;
   saved ? go_on(*saved, run_hash) : start(run_hash);
 }
 
@@ -117,7 +118,11 @@ void FieldWriter::start(const std::string& run_hash) {
   heavy_ = std::make_unique<Hdf5Writer>(heavy_file_);
   if (!run_hash.empty()) heavy_->attribute("/", "run_hash", run_hash);
   for (std::size_t g = 0; g < grids_.size(); ++g) {
-    heavy_->write(grid_group(g) + "points", grids_[g].points);
+    if (shares_points(g)) {
+      heavy_->link(grid_group(g - 1) + "points", grid_group(g) + "points");
+    } else {
+      heavy_->write(grid_group(g) + "points", grids_[g].points);
+    }
     heavy_->write(grid_group(g) + "cells", grids_[g].cells);
   }
 }
@@ -263,8 +268,7 @@ Matrix FieldWriter::stresses(const FieldGrid& grid, const Points& u) const {
 Matrix FieldWriter::pressures(const FieldGrid& grid) const {
   const auto& of = built_.instances[grid.instance];
   Vector of_body = Vector::Zero(built_.simulation.bodies[grid.instance]->n_nodes());
-  for (const ContactNodes& contact : built_.simulation.contact_nodes)
-    if (contact.body == grid.instance) of_body(contact.nodes) = contact.pressure;
+  if (const ContactNodes* contact = contact_of_[grid.instance]) of_body(contact->nodes) = contact->pressure;
   if (grid.part < 0) return of_body;
   const std::vector<Index>& node = of.parts[grid.part].node;
   Matrix out = Matrix::Zero(grid.points.rows(), 1);
@@ -272,21 +276,31 @@ Matrix FieldWriter::pressures(const FieldGrid& grid) const {
   return out;
 }
 
+// The grids of a mesh's blocks have all of its points, and so the same fields on them.
+bool FieldWriter::shares_points(std::size_t g) const {
+  return g > 0 && grids_[g].instance == grids_[g - 1].instance && grids_[g].part == grids_[g - 1].part;
+}
+
 void FieldWriter::add(double t) {
   const std::string step = step_group(times_.size());
+  Motion motion;
   for (std::size_t g = 0; g < grids_.size(); ++g) {
-    const Motion motion = motion_of(grids_[g]);
-    const std::string group = step + std::to_string(g) + "/";
-    if (wanted("displacement")) heavy_->write(group + "displacement", motion.u);
-    if (wanted("velocity")) heavy_->write(group + "velocity", motion.v);
-    if (wanted("contact_pressure")) heavy_->write(group + "contact_pressure", pressures(grids_[g]));
+    const bool same = shares_points(g);
+    if (!same) motion = motion_of(grids_[g]);
+    const std::string group = step + std::to_string(g) + "/", before = same ? step + std::to_string(g - 1) + "/" : "";
+    const auto write = [&](const std::string& field, const auto& values) {
+      if (!wanted(field)) return;
+      same ? heavy_->link(before + field, group + field) : heavy_->write(group + field, values());
+    };
+    write("displacement", [&]() -> const Points& { return motion.u; });
+    write("velocity", [&]() -> const Points& { return motion.v; });
+    write("contact_pressure", [&] { return pressures(grids_[g]); });
     if (wanted("stress") && grids_[g].block) heavy_->write(group + "stress", stresses(grids_[g], motion.u));
   }
   times_.push_back(t);
 }
 
-void FieldWriter::commit() {
-  std::ostringstream out;
+void FieldWriter::write_xdmf(std::ostream& out) const {
   out << std::setprecision(17)
       << "<?xml version=\"1.0\"?>\n<Xdmf Version=\"3.0\">\n<Domain>\n<Grid Name=\"time\" GridType=\"Collection\" "
          "CollectionType=\"Temporal\">\n";
@@ -319,11 +333,14 @@ void FieldWriter::commit() {
     out << "</Grid>\n";
   }
   out << "</Grid>\n</Domain>\n</Xdmf>\n";
+}
+
+void FieldWriter::commit() {
   heavy_->commit();
   TemporaryFile temporary(xdmf_);
   errno = 0;
   std::ofstream file(temporary.path());
-  file << out.str();
+  write_xdmf(file);
   file.close();
   if (!file) throw RunError(xdmf_.string() + ": cannot be written" + (errno != 0 ? ": " + std::string(std::strerror(errno)) : ""));
   temporary.commit();

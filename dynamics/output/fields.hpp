@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <iosfwd>
 #include <memory>
 #include <optional>
 #include <string>
@@ -61,12 +62,15 @@ class FieldWriter {
   Matrix pressures(const FieldGrid& grid) const;
   Matrix stresses(const FieldGrid& grid, const Points& u) const;
   bool wanted(const std::string& field) const;
+  bool shares_points(std::size_t grid) const;  // with the one before
+  void write_xdmf(std::ostream& out) const;
 
   const BuiltScene& built_;
   std::vector<std::string> fields_;
   std::filesystem::path xdmf_, heavy_file_, heavy_name_;
   std::unique_ptr<Hdf5Writer> heavy_;
   std::vector<FieldGrid> grids_;
+  std::vector<const ContactNodes*> contact_of_;  // per instance, or null
   std::vector<double> times_;
 };
 
