@@ -7,6 +7,7 @@
 
 #include "common/scene.hpp"
 #include "common/types.hpp"
+#include "dynamics/bodies/load_history.hpp"
 #include "dynamics/contact/motion_bound.hpp"
 #include "dynamics/contact/node_response.hpp"
 
@@ -95,8 +96,8 @@ class Body {
 
   // Nodal forces (n_nodes x 3, scene axes) times a history; the same for an acceleration of the whole body. Before the first
   // predict().
-  virtual void add_force(const Points& forces, const History& history) = 0;
-  virtual void add_gravity(const Vector3& acceleration, const History& history) = 0;
+  virtual void add_force(const Points& forces, const LoadHistory& history) = 0;
+  virtual void add_gravity(const Vector3& acceleration, const LoadHistory& history) = 0;
 
   virtual BodyState state() const = 0;
   virtual BodyWork work() const = 0;

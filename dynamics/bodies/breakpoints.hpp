@@ -3,19 +3,18 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
-#include "common/scene.hpp"
+#include "dynamics/bodies/load_history.hpp"
 
 namespace cbr {
 
 class Breakpoints {
  public:
-  void add(const History& history) {
-    times_.insert(times_.end(), history.time.begin(), history.time.end());
-    std::sort(times_.begin(), times_.end());
-    // Loads often share a history
-    times_.erase(std::unique(times_.begin(), times_.end()), times_.end());
+  // Each history once: every cut asks all of them.
+  void add(const LoadHistory& history) {
+    if (history.has_points()) histories_.push_back(history);
   }
 
   // piece(from, to, whole) for the parts of [t, t + h] in which all histories are linear, in order; `whole`: there is only one.
@@ -23,17 +22,22 @@ class Breakpoints {
   template <class Piece>
   void cut(double t, double h, const Piece& piece) const {
     const double end = t + h, tolerance = 1e-9 * h;
-    double from = t;
-    for (auto next = std::upper_bound(times_.begin(), times_.end(), t + tolerance);; ++next) {
-      while (next != times_.end() && *next <= from + tolerance) ++next;
-      if (next == times_.end() || *next >= end - tolerance) return piece(from, end, from == t);
-      piece(from, *next, false);
-      from = *next;
+    for (double from = t;;) {
+      const double next = next_bend(from + tolerance);
+      if (!(next < end - tolerance)) return piece(from, end, from == t);
+      piece(from, next, false);
+      from = next;
     }
   }
 
  private:
-  std::vector<double> times_;  // ascending
+  double next_bend(double t) const {
+    double next = HUGE_VAL;
+    for (const LoadHistory& history : histories_) next = std::min(next, history.next_bend(t));
+    return next;
+  }
+
+  std::vector<LoadHistory> histories_;
 };
 
 }  // namespace cbr

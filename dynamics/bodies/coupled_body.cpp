@@ -31,7 +31,7 @@ CoupledBody::CoupledBody(std::string name, std::shared_ptr<CoupledSystem> system
 
 void CoupledBody::load(double t, Vector& f) const {
   f.setZero();
-  for (const Load& load : loads_) f += history_value(load.history, t) * load.force;
+  for (const Load& load : loads_) f += load.history.value(t) * load.force;
 }
 
 const Vector& CoupledBody::stiffness_force() const {

@@ -48,8 +48,8 @@ class CoupledBody final : public Body {
 
   NodeResponse response(Index set, double h) const override;
   Points nodal_masses(Index set) const override;
-  void add_force(const Points& forces, const History& history) override;
-  void add_gravity(const Vector3& acceleration, const History& history) override;
+  void add_force(const Points& forces, const LoadHistory& history) override;
+  void add_gravity(const Vector3& acceleration, const LoadHistory& history) override;
 
   BodyState state() const override;
   BodyWork work() const override { return work_; }
@@ -60,7 +60,7 @@ class CoupledBody final : public Body {
  private:
   struct Load {
     Vector force;  // n, component axes
-    History history;
+    LoadHistory history;
   };
   struct Kick {
     Index node;
@@ -72,6 +72,7 @@ class CoupledBody final : public Body {
   auto displacement(const Vector& u, Index node) const { return u.segment<3>(system_->n_modal() + 3 * node); }
   void gather(const Vector& u, const std::vector<Index>& nodes, Points& x) const;
   NodeResponse mass_response(const std::vector<Index>& nodes, double weight) const;  // weight G M^-1 G^T
+  void append_load(Vector force, const LoadHistory& history);
   void load(double t, Vector& f) const;
   const Vector& stiffness_force() const;  // K u, formed once for each u
   const Vector& present_velocities() const;
@@ -91,6 +92,7 @@ class CoupledBody final : public Body {
   Points X_;
   std::vector<std::vector<Index>> sets_, means_;
   std::vector<Load> loads_;
+  LoadNumbers load_of_;
   // Component axes. Central differences: p_ and v_ are half a step behind u_. Newmark has no v_.
   Vector u_, p_, v_, u_end_, p_end_, v_end_;
   std::vector<Kick> kicks_;  // of this step

@@ -99,19 +99,27 @@ Points CoupledBody::nodal_masses(Index set) const {
   return masses;
 }
 
-void CoupledBody::add_force(const Points& forces, const History& history) {
+void CoupledBody::append_load(Vector force, const LoadHistory& history) {
+  system_->drop_held(force);
+  const std::size_t load = load_of_.find_or_add(history, loads_.size());
+  if (load == loads_.size()) {
+    loads_.push_back({std::move(force), history});
+  } else {
+    loads_[load].force += force;
+  }
+}
+
+void CoupledBody::add_force(const Points& forces, const LoadHistory& history) {
   Vector f = Vector::Zero(system_->n());
   for (Index i = 0; i < forces.rows(); ++i)
     f.segment<3>(system_->n_modal() + 3 * i) = placement_.T.transpose() * forces.row(i).transpose();
-  system_->drop_held(f);
-  loads_.push_back({std::move(f), history});
+  append_load(std::move(f), history);
 }
 
-void CoupledBody::add_gravity(const Vector3& acceleration, const History& history) {
+void CoupledBody::add_gravity(const Vector3& acceleration, const LoadHistory& history) {
   // M R_t g
   Vector f = system_->rigid_momentum().leftCols(3) * (placement_.T.transpose() * acceleration);
-  system_->drop_held(f);
-  loads_.push_back({std::move(f), history});
+  append_load(std::move(f), history);
 }
 
 BodyState CoupledBody::state() const {

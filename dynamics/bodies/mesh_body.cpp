@@ -103,7 +103,10 @@ void MeshBody::mean_motion(Index set, Vector3& position, Vector3& velocity) cons
 
 void MeshBody::load(double t, Field& f) const {
   f.setZero();
-  for (const NodalLoad& load : loads_) f += history_value(load.history, t) * load.force;
+  for (const NodalLoad& load : loads_) {
+    const double factor = load.history.value(t);
+    for (std::size_t i = 0; i < load.rows.size(); ++i) f.row(load.rows[i]) += factor * load.forces.row(static_cast<Index>(i));
+  }
 }
 
 void MeshBody::hold(Field& v) const {

@@ -62,8 +62,8 @@ class MeshBody final : public Body {
 
   NodeResponse response(Index set, double h) const override;
   Points nodal_masses(Index set) const override;
-  void add_force(const Points& forces, const History& history) override;
-  void add_gravity(const Vector3& acceleration, const History& history) override;
+  void add_force(const Points& forces, const LoadHistory& history) override;
+  void add_gravity(const Vector3& acceleration, const LoadHistory& history) override;
 
   BodyState state() const override;
   BodyWork work() const override { return work_; }
@@ -73,8 +73,9 @@ class MeshBody final : public Body {
 
  private:
   struct NodalLoad {
-    Field force;  // component axes
-    History history;
+    std::vector<Index> rows;  // ascending: those of a surface, or all
+    Points forces;            // of these, component axes
+    LoadHistory history;
   };
   struct Kick {
     Index row;
@@ -84,7 +85,8 @@ class MeshBody final : public Body {
 
   bool consistent() const { return model_->M.size() > 0; }
   std::vector<Index> rows(const std::vector<Index>& nodes) const;
-  Points by_nodes(const Field& u) const;                   // rows put in the order of the nodes
+  Points by_nodes(const Field& u) const;  // rows put in the order of the nodes
+  void append_load(const Points& forces, const LoadHistory& history);
   void hold(Field& v) const;                               // takes the held directions out
   void accelerations(const Field& force, Field& a) const;  // M^-1 f on the free directions
   void load(double t, Field& f) const;
@@ -110,6 +112,7 @@ class MeshBody final : public Body {
   std::vector<std::vector<Index>> sets_, means_;  // rows
   std::vector<Points> v_before_;                  // of each set, before the step that predict() has begun
   std::vector<NodalLoad> loads_;
+  LoadNumbers load_of_;
   Field u_, u_end_;  // component axes, by rows
   Field v_;          // half a step behind u_; half a step behind u_end_ from predict() to accept()
   mutable Field load_, Ku_, v_now_;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "common/error.hpp"
@@ -117,15 +118,39 @@ NodeResponse MeshBody::response(Index set, double h) const {
 
 Points MeshBody::nodal_masses(Index set) const { return model_->mass(sets_[set]).replicate(1, 3); }
 
-void MeshBody::add_force(const Points& forces, const History& history) {
-  Field force(forces.rows(), 3);
-  for (Index i = 0; i < force.rows(); ++i) force.row(i) = forces.row(model_->forces.order()[i]) * placement_.T;
-  loads_.push_back({std::move(force), history});
+// Forces by rows, component axes.
+void MeshBody::append_load(const Points& forces, const LoadHistory& history) {
+  NodalLoad load;
+  load.history = history;
+  for (Index i = 0; i < forces.rows(); ++i)
+    if (!forces.row(i).isZero(0)) load.rows.push_back(i);
+  const std::size_t place = load_of_.find_or_add(history, loads_.size());
+  if (place == loads_.size()) {
+    load.forces = forces(load.rows, Eigen::all);
+    loads_.push_back(std::move(load));
+    return;
+  }
+  NodalLoad& other = loads_[place];
+  if (other.rows != load.rows) {
+    std::vector<Index> rows;
+    std::set_union(other.rows.begin(), other.rows.end(), load.rows.begin(), load.rows.end(), std::back_inserter(rows));
+    Points wider = Points::Zero(static_cast<Index>(rows.size()), 3);
+    for (std::size_t i = 0, k = 0; k < other.rows.size(); ++i)
+      if (rows[i] == other.rows[k]) wider.row(static_cast<Index>(i)) = other.forces.row(static_cast<Index>(k++));
+    other.rows = std::move(rows), other.forces = std::move(wider);
+  }
+  other.forces += forces(other.rows, Eigen::all);
 }
 
-void MeshBody::add_gravity(const Vector3& acceleration, const History& history) {
+void MeshBody::add_force(const Points& forces, const LoadHistory& history) {
+  Points by_rows(forces.rows(), 3);
+  for (Index i = 0; i < by_rows.rows(); ++i) by_rows.row(i) = forces.row(model_->forces.order()[i]) * placement_.T;
+  append_load(by_rows, history);
+}
+
+void MeshBody::add_gravity(const Vector3& acceleration, const LoadHistory& history) {
   // M r g: row sums, lumped or consistent
-  loads_.push_back({model_->mass * (placement_.T.transpose() * acceleration).transpose(), history});
+  append_load(model_->mass * (placement_.T.transpose() * acceleration).transpose(), history);
 }
 
 double MeshBody::scalar_product(const Field& v, const Field& w) const {

@@ -95,7 +95,7 @@ void ScaledBody::mean_motion(Index set, Vector3& position, Vector3& velocity) co
 }
 
 void ScaledBody::load_amplitudes(double t, ScaledLoad& load) const {
-  for (std::size_t l = 0; l < loads_.size(); ++l) load.a[l] = loads_[l].is_load ? history_value(loads_[l].history, t) : 0;
+  for (std::size_t l = 0; l < loads_.size(); ++l) load.a[l] = loads_[l].is_load ? loads_[l].history.value(t) : 0;
   load.f.setZero(), load.Sa.setZero();
   for (Index l = 0; l < load.a.size(); ++l) {
     load.f += load.a[l] * load_modal_.col(l);

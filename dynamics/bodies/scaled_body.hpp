@@ -54,8 +54,8 @@ class ScaledBody final : public Body {
 
   NodeResponse response(Index set, double h) const override;  // shared between the instances
   Points nodal_masses(Index set) const override;              // RunError: has no masses
-  void add_force(const Points& forces, const History& history) override;
-  void add_gravity(const Vector3& acceleration, const History& history) override;
+  void add_force(const Points& forces, const LoadHistory& history) override;
+  void add_gravity(const Vector3& acceleration, const LoadHistory& history) override;
 
   BodyState state() const override;
   BodyWork work() const override { return work_; }
@@ -80,7 +80,7 @@ class ScaledBody final : public Body {
   struct Load {
     Points forces;  // n_nodes x 3 or nothing
     Eigen::Matrix<double, 6, 1> rigid;
-    History history;
+    LoadHistory history;
     bool is_load = true;  // false: the velocity at the start, which has no history
   };
 
@@ -109,6 +109,7 @@ class ScaledBody final : public Body {
   std::shared_ptr<const ScaledRows> rows_;
 
   std::vector<Load> loads_;
+  LoadNumbers load_of_;
   Breakpoints breakpoints_;  // of all histories
   Matrix load_modal_;        // n_kept x loads, V^T f
   Matrix load_scaled_;       // (3 m + loads) x loads, S f at the tracked dofs and along the loads

@@ -59,11 +59,8 @@ MotionBound ScaledBody::motion_bound(Index set) const {
   const double clip = modes_->clip;
   const Index n_rigid = modes_->n_rigid, n_kept = modes_->n_kept(), loads = load_modal_.cols();
   Vector largest = Vector::Zero(loads);  // of the histories, at any time
-  for (Index l = 0; l < loads; ++l) {
-    if (!loads_[l].is_load) continue;
-    if (loads_[l].history.value.empty()) largest[l] = 1;
-    for (const double value : loads_[l].history.value) largest[l] = std::max(largest[l], std::abs(value));
-  }
+  for (Index l = 0; l < loads; ++l)
+    if (loads_[l].is_load) largest[l] = loads_[l].history.largest();
   const Vector force = load_modal_.cwiseAbs().lazyProduct(largest);
   // Amplitude sqrt(eta^2 + (v / omega)^2); a force adds at most its impulse / omega.
   Vector amplitude = Vector::Zero(n_kept), growth = amplitude;

@@ -12,23 +12,23 @@ namespace cbr {
 
 void ScaledBody::append_load(Load load) {
   assert(!modes_);
-  breakpoints_.add(load.history);
   loaded_ = true;
-  // Loads of one history are one load
-  for (Load& other : loads_) {
-    if (!other.is_load || other.history.time != load.history.time || other.history.value != load.history.value) continue;
-    other.rigid += load.rigid;
-    if (other.forces.size() == 0) {
-      other.forces = std::move(load.forces);
-    } else if (load.forces.size() > 0) {
-      other.forces += load.forces;
-    }
+  const std::size_t place = load_of_.find_or_add(load.history, loads_.size());
+  if (place == loads_.size()) {
+    breakpoints_.add(load.history);
+    loads_.push_back(std::move(load));
     return;
   }
-  loads_.push_back(std::move(load));
+  Load& other = loads_[place];
+  other.rigid += load.rigid;
+  if (other.forces.size() == 0) {
+    other.forces = std::move(load.forces);
+  } else if (load.forces.size() > 0) {
+    other.forces += load.forces;
+  }
 }
 
-void ScaledBody::add_force(const Points& forces, const History& history) {
+void ScaledBody::add_force(const Points& forces, const LoadHistory& history) {
   Load load;
   load.forces = forces * placement_.T;  // T^T f of each node
   load.rigid.setZero();
@@ -36,7 +36,7 @@ void ScaledBody::add_force(const Points& forces, const History& history) {
   append_load(std::move(load));
 }
 
-void ScaledBody::add_gravity(const Vector3& acceleration, const History& history) {
+void ScaledBody::add_gravity(const Vector3& acceleration, const LoadHistory& history) {
   Load load;
   load.rigid.setZero();
   load.rigid.head<3>() = placement_.T.transpose() * acceleration;

@@ -68,7 +68,7 @@ void SuperelementBody::mean_motion(Index set, Vector3& position, Vector3& veloci
 
 void SuperelementBody::load_amplitudes(double t, Vector& f) const {
   f.setZero(form_->omega.size());
-  for (const auto& load : loads_) f += history_value(load.history, t) * load.amplitude;
+  for (const auto& load : loads_) f += load.history.value(t) * load.amplitude;
 }
 
 const ModalPropagator& SuperelementBody::propagator(double h) const {

@@ -58,8 +58,8 @@ class SuperelementBody final : public Body {
 
   NodeResponse response(Index set, double h) const override;
   Points nodal_masses(Index set) const override;
-  void add_force(const Points& forces, const History& history) override;
-  void add_gravity(const Vector3& acceleration, const History& history) override;
+  void add_force(const Points& forces, const LoadHistory& history) override;
+  void add_gravity(const Vector3& acceleration, const LoadHistory& history) override;
 
   BodyState state() const override;
   BodyWork work() const override { return work_; }
@@ -78,14 +78,14 @@ class SuperelementBody final : public Body {
   };
   struct ModalLoad {
     Vector amplitude;  // n, V^T f
-    History history;
+    LoadHistory history;
   };
 
   const Matrix& velocity_map(const NodeRows& rows) const;
   const ModalPropagator& propagator(double h) const;
   const Vector& present_rates() const;
   MotionBound bound(Index set, bool quick) const;  // eta' at the time of eta
-  void add_load_history(Vector amplitude, const History& history);
+  void append_load(const Vector& amplitude, const LoadHistory& history);
   void load_amplitudes(double t, Vector& f) const;
   void propagate(const Vector& eta, const Vector& v, Vector& eta_end, Vector& v_end, double* external_work);
   void predict_central(double h);
@@ -111,6 +111,7 @@ class SuperelementBody final : public Body {
   std::vector<NodeSet> sets_;
   std::vector<MeanSet> means_;
   std::vector<ModalLoad> loads_;
+  LoadNumbers load_of_;
   Breakpoints breakpoints_;  // of all histories
 
   // Of contact impulses, and its inverse, which weighs energies; empty: 1

@@ -23,11 +23,7 @@ MotionBound SuperelementBody::bound(Index set, bool quick) const {
   const Index r = form_->n_rigid, e = eta_.size() - r, m = s.X.rows();
   const auto omega = form_->omega.tail(e).array();
   Vector force = Vector::Zero(eta_.size());  // largest modal force at any time
-  for (const auto& load : loads_) {
-    double largest = load.history.value.empty() ? 1 : 0;
-    for (const double value : load.history.value) largest = std::max(largest, std::abs(value));
-    force += largest * load.amplitude.cwiseAbs();
-  }
+  for (const auto& load : loads_) force += load.history.largest() * load.amplitude.cwiseAbs();
   // Amplitude sqrt(eta^2 + (v / omega)^2); a force adds at most its impulse / omega.
   const Vector amplitude = (eta_.tail(e).array().square() + (v_.tail(e).array() / omega).square()).sqrt();
   const Vector rate = force.tail(e).array() / omega;
@@ -116,26 +112,31 @@ const Matrix& SuperelementBody::velocity_map(const NodeRows& rows) const {
   return rows.velocity_map;
 }
 
-void SuperelementBody::add_load_history(Vector amplitude, const History& history) {
-  loads_.push_back({std::move(amplitude), history});
-  breakpoints_.add(history);
+void SuperelementBody::append_load(const Vector& amplitude, const LoadHistory& history) {
   regular_ = other_ = nullptr;
-}
-
-void SuperelementBody::add_force(const Points& forces, const History& history) {
-  // V^T f with f in component axes: T^T f of each node
-  Vector f = Vector::Zero(form_->V.rows());
-  for (Index i = 0; i < forces.rows(); ++i) {
-    const Vector3 local = placement_.T.transpose() * forces.row(i).transpose();
-    for (int d = 0; d < 3; ++d) {
-      if ((*rows_)(i, d) >= 0) f[(*rows_)(i, d)] += local[d];
-    }
+  const std::size_t load = load_of_.find_or_add(history, loads_.size());
+  if (load < loads_.size()) {
+    loads_[load].amplitude += amplitude;
+    return;
   }
-  add_load_history(form_->V.transpose() * f, history);
+  loads_.push_back({amplitude, history});
+  breakpoints_.add(history);
 }
 
-void SuperelementBody::add_gravity(const Vector3& acceleration, const History& history) {
-  add_load_history(form_->E.leftCols(3) * (placement_.T.transpose() * acceleration), history);
+void SuperelementBody::add_force(const Points& forces, const LoadHistory& history) {
+  // V^T f with f in component axes: T^T f of each node, of few most often
+  Vector amplitude = Vector::Zero(form_->V.cols());
+  for (Index i = 0; i < forces.rows(); ++i) {
+    if (forces.row(i).isZero(0)) continue;
+    const Vector3 local = placement_.T.transpose() * forces.row(i).transpose();
+    for (int d = 0; d < 3; ++d)
+      if (const Index row = (*rows_)(i, d); row >= 0 && local[d] != 0) amplitude += local[d] * form_->V.row(row).transpose();
+  }
+  append_load(amplitude, history);
+}
+
+void SuperelementBody::add_gravity(const Vector3& acceleration, const LoadHistory& history) {
+  append_load(form_->E.leftCols(3) * (placement_.T.transpose() * acceleration), history);
 }
 
 // Central differences: the mid-step velocity, half a step on under the internal forces and loads, second order at t_.

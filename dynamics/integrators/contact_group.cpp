@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/integrators/contact_group.hpp"
 
+#include <algorithm>
 #include <map>
 #include <numeric>
 
@@ -10,7 +11,7 @@ namespace cbr {
 namespace {
 
 // Appends what holds tied surfaces together: the same rows in every step.
-void collect_ties(const ContactPair& pair, const ContactState& state, ContactList& list) {
+void collect_ties(const PairState& pair, const ContactState& state, ContactList& list) {
   const Index shift = static_cast<Index>(list.terms.size());
   list.terms.insert(list.terms.end(), pair.ties.terms.begin(), pair.ties.terms.end());
   for (std::size_t i = 0; i < pair.ties.points.size(); ++i) {
@@ -28,12 +29,12 @@ void collect_ties(const ContactPair& pair, const ContactState& state, ContactLis
 
 void search(Simulation& sim, Index p, bool back, bool initial, const ContactState& state, ContactGroup& group) {
   ContactPair& pair = sim.pairs[p];
-  PairMemory& memory = back ? pair.back : pair.memory;
-  const ContactSurface &slave = back ? pair.master : pair.slave, &master = back ? pair.slave : pair.master;
+  PairMemory& memory = back ? pair.state().back : pair.state().memory;
+  const ContactSurface &slave = *(back ? pair.master : pair.slave), &master = *(back ? pair.slave : pair.master);
   const ContactBody &slave_body = state.bodies[slave.body], &master_body = state.bodies[master.body];
   const std::size_t first = group.list.points.size();
   if (pair.law.law == ContactLaw::tied) {
-    collect_ties(pair, state, group.list);
+    collect_ties(pair.state(), state, group.list);
   } else if (pair.wall) {
     detect_wall(slave, slave_body, *pair.wall, initial, memory, group.list);
   } else if (pair.formulation == Formulation::mortar) {
@@ -66,10 +67,10 @@ ContactGroup collect(Simulation& sim, const std::vector<Index>& pairs, bool init
       group.guess.row(static_cast<Index>(i)) = of.memory->impulse.row(point.slot) * point.frame.transpose();
     }
   }
-  std::vector<char> used(state.bodies.size(), 0);
-  for (const ContactTerm& term : group.list.terms) used[term.body] = 1;
-  for (std::size_t b = 0; b < used.size(); ++b)
-    if (used[b]) group.bodies.push_back(static_cast<Index>(b));
+  for (const ContactTerm& term : group.list.terms)
+    if (group.bodies.empty() || group.bodies.back() != term.body) group.bodies.push_back(term.body);
+  std::sort(group.bodies.begin(), group.bodies.end());
+  group.bodies.erase(std::unique(group.bodies.begin(), group.bodies.end()), group.bodies.end());
   return group;
 }
 
@@ -77,14 +78,14 @@ std::vector<std::vector<Index>> islands(const Simulation& sim, const std::vector
   std::vector<Index> root(sim.contact_nodes.size());
   std::iota(root.begin(), root.end(), Index{0});
   const auto find = [&](Index b) {
-    while (root[b] != b) b = root[b];
+    for (; root[b] != b; b = root[b]) root[b] = root[root[b]];  // chains of bodies stay short
     return b;
   };
   for (const Index p : due)
-    if (sim.pairs[p].enforcement == enforcement) root[find(sim.pairs[p].slave.body)] = find(sim.pairs[p].master.body);
+    if (sim.pairs[p].enforcement == enforcement) root[find(sim.pairs[p].slave->body)] = find(sim.pairs[p].master->body);
   std::map<Index, std::vector<Index>> by_root;
   for (const Index p : due)
-    if (sim.pairs[p].enforcement == enforcement) by_root[find(sim.pairs[p].slave.body)].push_back(p);
+    if (sim.pairs[p].enforcement == enforcement) by_root[find(sim.pairs[p].slave->body)].push_back(p);
   std::vector<std::vector<Index>> list;
   for (auto& [body, pairs] : by_root) list.push_back(std::move(pairs));
   return list;

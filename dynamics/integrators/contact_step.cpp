@@ -43,9 +43,9 @@ void deliver(Simulation& sim, const ContactGroup& group, bool nodal, double h, C
 
 // The pair's share of a search: resultants, extremes.
 void book_pair(const ContactGroup& group, const ContactSearch& of, const EnforcementResult& result, const ContactState& state,
-               ContactPair& pair, Index& active) {
+               const ContactPair& pair, PairState& now, Index& active) {
   const bool tied = pair.law.law == ContactLaw::tied;
-  const double side = of.memory == &pair.memory ? 1 : -1;
+  const double side = of.memory == &now.memory ? 1 : -1;
   const double share = pair.formulation == Formulation::two_way ? 0.5 : 1;  // seen from both sides
   Index counted = -1;  // a node that two faces hold stands for one area, the larger
   double counted_area = 0;
@@ -56,16 +56,16 @@ void book_pair(const ContactGroup& group, const ContactSearch& of, const Enforce
     const bool acts = tied ? !p.isZero(0) : normal > 0;
     // A penalty looks at gaps at the start of a step
     const double gap = pair.enforcement == Enforcement::penalty ? point.start_gap : result.gap(static_cast<Index>(i), 0);
-    if (!tied) pair.recent_penetration = std::max(pair.recent_penetration, -gap);
+    if (!tied) now.recent_penetration = std::max(now.recent_penetration, -gap);
     if (!acts) continue;
     ++active;
     if (point.slot != counted) counted_area = 0;
-    pair.area += share * std::max(0.0, point.area - counted_area);
+    now.area += share * std::max(0.0, point.area - counted_area);
     counted = point.slot, counted_area = std::max(counted_area, point.area);
-    pair.impulse += side * (point.frame.transpose() * p.transpose());
+    now.impulse += side * (point.frame.transpose() * p.transpose());
     if (tied) continue;
-    pair.normal_impulse += normal;
-    pair.moment += normal * slave_position(group.list, point, state.bodies);
+    now.normal_impulse += normal;
+    now.moment += normal * slave_position(group.list, point, state.bodies);
   }
 }
 
@@ -84,17 +84,18 @@ void book_pressure(const ContactGroup& group, const ContactSearch& of, const Enf
 
 void book(Simulation& sim, const ContactGroup& group, const EnforcementResult& result, ContactState& state,
           ContactOutcome& outcome) {
-  for (const ContactSearch& of : group.searches) sim.pairs[of.pair].area = 0;
+  for (const ContactSearch& of : group.searches) sim.pairs[of.pair].state().area = 0;
   for (const ContactSearch& of : group.searches) {
     ContactPair& pair = sim.pairs[of.pair];
+    PairState& now = pair.state();
     outcome.near[of.pair] |= of.last > of.first;
-    book_pair(group, of, result, state, pair, outcome.active[of.pair]);
-    pair.largest_area = std::max(pair.largest_area, pair.area);
-    pair.recent_residual = std::max(pair.recent_residual, result.residual);
-    pair.n_fallbacks += result.fallback;
+    book_pair(group, of, result, state, pair, now, outcome.active[of.pair]);
+    now.largest_area = std::max(now.largest_area, now.area);
+    now.recent_residual = std::max(now.recent_residual, result.residual);
+    now.n_fallbacks += result.fallback;
     if (pair.law.law == ContactLaw::tied) continue;
     book_pressure(group, of, result, state);
-    remember(group.list, of.first, of.last, result.gap, result.p, 1e-6 * pair.master.size, *of.memory);
+    remember(group.list, of.first, of.last, result.gap, result.p, 1e-6 * pair.master->size, *of.memory);
   }
 }
 
@@ -147,8 +148,8 @@ EnforcementResult enforce(Simulation& sim, const ContactGroup& group, double h, 
   EnforcementResult result;
   if (pair.enforcement == Enforcement::penalty) {
     Points slip = elastic_slips(group);
-    result = enforce_penalty(group.list, group.laws, h, largest_frequency(sim, group) * h, pair.damping, state.bodies, pair.penalty,
-                             slip);
+    result = enforce_penalty(group.list, group.laws, h, largest_frequency(sim, group) * h, pair.damping, state.bodies,
+                             pair.state().penalty, slip);
     deliver(sim, group, nodal, h, state, outcome);
     stretch_springs(group, result, slip, state);
     return result;
@@ -213,28 +214,35 @@ void solve_group(Simulation& sim, const std::vector<Index>& pairs, double h, boo
 
 // For messages: "impact.yaml:12: contact a.top - b.bottom: "
 std::string where(const ContactPair& pair) {
-  return (pair.source.line > 0 ? pair.source.text() + ": " : "") + "contact " + pair.name + ": ";
+  return (pair.source ? pair.source->text() + ": " : "") + "contact " + pair.name + ": ";
 }
 
 // Of `all`, pairs that lie apart are not tied.
 void tie_pair(Simulation& sim, ContactPair& pair, ContactState& state) {
-  for (const Index b : {pair.slave.body, pair.master.body}) {
+  for (const Index b : {pair.slave->body, pair.master->body}) {
     const ContactNodes& nodes = sim.contact_nodes[b];
     sim.bodies[nodes.body]->positions(nodes.set, state.bodies[b].start);
   }
-  const Points &slave = state.bodies[pair.slave.body].start, &master = state.bodies[pair.master.body].start;
-  pair.tie_report = pair.formulation == Formulation::mortar
-                        ? tie_mortar(pair.slave, slave, pair.master, master, sim.detection, pair.adjust, pair.ties, pair.tie_offset)
-                        : tie_surfaces(pair.slave, slave, pair.master, master, pair.adjust, pair.ties, pair.tie_offset);
-  if (!pair.ties.empty() || pair.of_all) return;
+  const Points &slave = state.bodies[pair.slave->body].start, &master = state.bodies[pair.master->body].start;
+  ContactList ties;
+  Points offset;
+  const TieReport report = pair.formulation == Formulation::mortar
+                               ? tie_mortar(*pair.slave, slave, *pair.master, master, sim.detection, pair.adjust, ties, offset)
+                               : tie_surfaces(*pair.slave, slave, *pair.master, master, pair.adjust, ties, offset);
+  if (!ties.empty()) {
+    PairState& now = pair.state();
+    now.ties = std::move(ties), now.tie_offset = std::move(offset), now.tie_report = report;
+    return;
+  }
+  if (pair.of_all) return;
   std::ostringstream message;
-  message << where(pair) << "tied: no node of " << pair.slave.name << " is within ";
+  message << where(pair) << "tied: no node of " << pair.slave->name << " is within ";
   if (pair.adjust) {
     message << *pair.adjust;
   } else {
     message << "5 % of a face";
   }
-  message << " of " << pair.master.name << " at the start: give adjust a length that spans what lies between";
+  message << " of " << pair.master->name << " at the start: give adjust a length that spans what lies between";
   throw InputError(message.str());
 }
 
@@ -246,10 +254,10 @@ void tie_pairs(Simulation& sim, ContactState& state) {
     tie_pair(sim, pair, state);
     if (!pair.of_all) continue;
     of_all = &pair;
-    any |= !pair.ties.empty();
+    any |= !pair.seen().ties.empty();
   }
   if (of_all && !any)
-    throw InputError(of_all->source.text() +
+    throw InputError(of_all->source->text() +
                      ": contact: all, tied: no two instances are close enough to each other at the start: " +
                      "give adjust a length that spans what lies between");
 }
@@ -285,7 +293,7 @@ ContactState start_contact(Simulation& sim) {
   tie_pairs(sim, state);
   for (const ContactPair& pair : sim.pairs) {
     if (pair.enforcement != Enforcement::nodal) continue;
-    for (const Index b : {pair.slave.body, pair.master.body}) {
+    for (const Index b : {pair.slave->body, pair.master->body}) {
       const ContactNodes& nodes = sim.contact_nodes[b];
       state.masses[b] = sim.bodies[nodes.body]->nodal_masses(nodes.set);
       if (!(state.masses[b].minCoeff() > 0)) {

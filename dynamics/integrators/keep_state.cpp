@@ -10,11 +10,15 @@ namespace {
 
 // Ties are found at the start, from where bodies are then: a run that goes on has found the same.
 void keep_pair(StateArchive& archive, ContactPair& pair) {
-  archive.expect(static_cast<Index>(pair.slave.nodes.size()));
-  archive.expect(static_cast<Index>(pair.ties.points.size()));
-  archive(pair.memory, pair.back, pair.penalty);
-  archive(pair.penetration, pair.residual, pair.recent_penetration, pair.recent_residual, pair.n_fallbacks);
-  archive(pair.area, pair.largest_area, pair.impulse, pair.moment, pair.normal_impulse);
+  bool has_state = pair.has_state();
+  archive(has_state);
+  if (!has_state) return;
+  PairState& state = pair.state();
+  archive.expect(static_cast<Index>(pair.slave->nodes.size()));
+  archive.expect(static_cast<Index>(state.ties.points.size()));
+  archive(state.memory, state.back, state.penalty);
+  archive(state.penetration, state.residual, state.recent_penetration, state.recent_residual, state.n_fallbacks);
+  archive(state.area, state.largest_area, state.impulse, state.moment, state.normal_impulse);
 }
 
 }  // namespace
@@ -58,6 +62,9 @@ static void keep_state(StateArchive& archive, RunResult::OfBody& of) {
 }
 
 static void keep_state(StateArchive& archive, RunResult::OfPair& of) {
+  bool has_met = !of.active.empty();
+  archive(has_met);
+  if (!has_met) return;
   archive(of.active, of.penetration, of.residual, of.area, of.force, of.center_of_pressure);
 }
 

@@ -3,12 +3,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <unordered_map>
 
 namespace cbr {
 namespace {
 
 constexpr Index longest_wait = 8;
 constexpr double many_steps = 8;  // apart: not worth a bound that says it better
+constexpr Index of_walls = -1;    // a partner's body
+
+// Of the largest face, that a search may reach: more at the start, where surfaces may overlap by as much as a face.
+double face_share(Index step) { return step == 0 ? 1.5 : 0.5; }
 
 // First time at which g + w t - b t - a t^2 / 2 reaches 0, for g > 0.
 double first_root(double gap, double speed, double growth, double acceleration) {
@@ -53,36 +58,48 @@ PairSchedule::PairSchedule(Simulation& simulation, bool jumps, const std::vector
                            std::function<void(Index, Index)> bring, WorkCounts& counts)
     : sim_(simulation), jumps_(jumps), resting_(resting), bring_(std::move(bring)), counts_(counts) {
   const std::size_t n = sim_.pairs.size();
-  known_.resize(sim_.contact_nodes.size()), pairs_of_.resize(sim_.contact_nodes.size());
+  known_.resize(sim_.contact_nodes.size()), partners_.resize(sim_.contact_nodes.size());
   stamp_.assign(n, 0), taken_at_.assign(n, -1), wait_.assign(n, 1), backoff_.assign(n, 1);
   kind_.reserve(n), largest_face_.reserve(n);
+  std::unordered_map<const ContactSurface*, double> largest;  // of all pairs that share a surface
+  const auto largest_face = [&](const ContactSurface& surface) {
+    const auto [at, is_new] = largest.try_emplace(&surface, 0);
+    return is_new ? at->second = surface.sizes.maxCoeff() : at->second;
+  };
   for (std::size_t p = 0; p < n; ++p) {
     const ContactPair& pair = sim_.pairs[p];
     kind_.push_back(kind_of(pair));
-    largest_face_.push_back(pair.wall ? 0 : std::max(pair.slave.sizes.maxCoeff(), pair.master.sizes.maxCoeff()));
+    largest_face_.push_back(pair.wall ? 0 : std::max(largest_face(*pair.slave), largest_face(*pair.master)));
     if (kind_.back() == Kind::always) always_.push_back(static_cast<Index>(p));
     if (kind_.back() != Kind::timed) continue;
-    pairs_of_[pair.slave.body].push_back(static_cast<Index>(p));
-    if (!pair.wall) pairs_of_[pair.master.body].push_back(static_cast<Index>(p));
+    const Index slave = pair.slave->body, master = pair.wall ? of_walls : pair.master->body;
+    partners_[slave].push_back({master, static_cast<Index>(p)});
+    if (pair.wall) continue;
+    partners_[master].push_back({slave, static_cast<Index>(p)});
+    face_of_any_ = std::max(face_of_any_, largest_face_.back()), adjust_of_any_ = std::max(adjust_of_any_, pair.adjust.value_or(0));
+  }
+  for (std::size_t c = 0; c < partners_.size(); ++c) {
+    std::sort(partners_[c].begin(), partners_[c].end());
+    if (!partners_[c].empty() && partners_[c].back().body != of_walls) meeting_.push_back(static_cast<Index>(c));
   }
 }
 
 // Tied surfaces that lie apart are one of all that have nothing to do with each other.
 PairSchedule::Kind PairSchedule::kind_of(const ContactPair& pair) const {
-  if (pair.law.law == ContactLaw::tied) return pair.ties.empty() ? Kind::never : Kind::always;
-  const bool itself = !pair.wall && pair.slave.body == pair.master.body;
+  if (pair.law.law == ContactLaw::tied) return pair.seen().ties.empty() ? Kind::never : Kind::always;
+  const bool itself = !pair.wall && pair.slave->body == pair.master->body;
   return jumps_ && !itself ? Kind::timed : Kind::always;
 }
 
 bool PairSchedule::is_free(Index p) const {
-  return !known_[sim_.pairs[p].slave.body].loose && !known_[sim_.pairs[p].master.body].loose;
+  return !known_[sim_.pairs[p].slave->body].loose && !known_[sim_.pairs[p].master->body].loose;
 }
 
 void PairSchedule::start() {
   for (std::size_t c = 0; c < known_.size(); ++c) {
     const Index body = sim_.contact_nodes[c].body;
     known_[c].can_settle = sim_.bodies[body]->is_exact();
-    if (pairs_of_[c].empty()) continue;
+    if (partners_[c].empty()) continue;
     if (known_[c].can_settle || resting_[body]) {
       form(static_cast<Index>(c), 0, false);
     } else {
@@ -130,18 +147,18 @@ void PairSchedule::due(Index step, std::vector<Index>& pairs) {
     if (entry.stamp == stamp_[entry.pair]) take(entry.pair, step, pairs);
   }
   for (const Index c : loose_)
-    for (const Index p : pairs_of_[c])
-      if (sim_.pairs[p].wall) take(p, step, pairs);
+    for (auto partner = partners_[c].begin(); partner != partners_[c].end() && partner->body == of_walls; ++partner)
+      take(partner->pair, step, pairs);
   std::sort(pairs.begin(), pairs.end());
 }
 
 bool PairSchedule::is_far(Index p, bool initial, const ContactState& state) const {
   const ContactPair& pair = sim_.pairs[p];
   if (pair.wall || kind_[p] == Kind::always) return false;
-  const ContactBody &a = state.bodies[pair.slave.body], &b = state.bodies[pair.master.body];
+  const ContactBody &a = state.bodies[pair.slave->body], &b = state.bodies[pair.master->body];
   // Above every reach of a search: contact_reach() of either side's faces, with motions relative to either
-  const Vector3 reach =
-      Vector3::Constant((initial ? 1.5 : 0.5) * largest_face_[p] + 2 * (a.longest_way + b.longest_way) + pair.adjust.value_or(0));
+  const Vector3 reach = Vector3::Constant(face_share(initial ? 0 : 1) * largest_face_[p] + 2 * (a.longest_way + b.longest_way) +
+                                          pair.adjust.value_or(0));
   return !Box{a.swept.lower - reach, a.swept.upper + reach}.meets(b.swept);
 }
 
@@ -154,27 +171,49 @@ const Box& PairSchedule::box_of(Index c, Index step) {
   return known.box;
 }
 
+// The longest way of a node in the step. A free body's box spans it, and its reach grows with it as is_far()'s does.
+double PairSchedule::longest_way(Index c, Index step, const ContactState& state) const {
+  if (known_[c].loose) return state.bodies[c].longest_way;
+  const MotionBound& bound = known_[c].bound;
+  const double since = plan().time(step + 1) - plan().time(std::max<Index>(known_[c].step, 0));
+  const Vector3 speed = bound.lower_speed.cwiseAbs().cwiseMax(bound.upper_speed.cwiseAbs()) + bound.growth;
+  return (speed + bound.acceleration * since).norm() * plan().step_length(step);
+}
+
+// Boxes of the loose bodies against those of all, each grown by its share of the largest reach of a pair: what is left is compared
+// pair by pair.
+void PairSchedule::find_near(Index step, const ContactState& state) {
+  const auto grown = [](const Box& box, double by) { return Box{box.lower.array() - by, box.upper.array() + by}; };
+  const double reach = face_share(step) * face_of_any_ + adjust_of_any_;
+  targets_.clear(), queries_.clear(), ways_.clear();
+  for (const Index d : meeting_) {
+    ways_.push_back(longest_way(d, step, state));
+    targets_.push_back(grown(known_[d].loose ? state.bodies[d].swept : box_of(d, step), 2 * ways_.back()));
+  }
+  for (const Index c : loose_) queries_.push_back(grown(state.bodies[c].swept, reach + 2 * state.bodies[c].longest_way));
+  find_candidates(queries_, targets_, grid_);
+}
+
 void PairSchedule::add_meetings(Index step, const ContactState& state, std::vector<Index>& pairs) {
+  if (loose_.empty()) return;
   const std::size_t before = pairs.size();
-  for (const Index c : loose_) {
+  find_near(step, state);
+  const CandidateList& near = grid_.candidates;
+  for (std::size_t i = 0; i < loose_.size(); ++i) {
+    const Index c = loose_[i];
     const ContactBody& body = state.bodies[c];
-    for (const Index p : pairs_of_[c]) {
-      const ContactPair& pair = sim_.pairs[p];
-      if (taken_at_[p] == step || pair.wall) continue;
-      ++counts_.pair_looks;
-      const Index d = pair.slave.body == c ? pair.master.body : pair.slave.body;
-      const bool free = !known_[d].loose;
-      const Box& other = free ? box_of(d, step) : state.bodies[d].swept;
-      // A free body's box spans its way in the step, and its reach grows with that as is_far()'s does
-      double way = body.longest_way + (free ? 0 : state.bodies[d].longest_way);
-      if (free) {
-        const MotionBound& bound = known_[d].bound;
-        const double since = plan().time(step + 1) - plan().time(std::max<Index>(known_[d].step, 0));
-        const Vector3 speed = bound.lower_speed.cwiseAbs().cwiseMax(bound.upper_speed.cwiseAbs()) + bound.growth;
-        way += (speed + bound.acceleration * since).norm() * plan().step_length(step);
+    for (Index k = near.first[i]; k < near.first[i + 1]; ++k) {
+      const Index d = meeting_[near.target[k]];
+      const double way = body.longest_way + ways_[near.target[k]];
+      const Box& other = known_[d].loose ? state.bodies[d].swept : box_of(d, step);
+      for (auto partner = std::lower_bound(partners_[c].begin(), partners_[c].end(), Partner{d, 0});
+           partner != partners_[c].end() && partner->body == d; ++partner) {
+        const Index p = partner->pair;
+        if (taken_at_[p] == step) continue;
+        ++counts_.pair_looks;
+        const Vector3 reach = Vector3::Constant(face_share(step) * largest_face_[p] + 2 * way + sim_.pairs[p].adjust.value_or(0));
+        if (Box{body.swept.lower - reach, body.swept.upper + reach}.meets(other)) take(p, step, pairs);
       }
-      const Vector3 reach = Vector3::Constant((step == 0 ? 1.5 : 0.5) * largest_face_[p] + 2 * way + pair.adjust.value_or(0));
-      if (Box{body.swept.lower - reach, body.swept.upper + reach}.meets(other)) take(p, step, pairs);
     }
   }
   if (pairs.size() > before) std::sort(pairs.begin(), pairs.end());
@@ -205,10 +244,10 @@ MotionBound PairSchedule::bound_at(Index c, Index step) const {
 
 double PairSchedule::steps_apart(Index p, Index step) const {
   const ContactPair& pair = sim_.pairs[p];
-  const double margin = 0.1 * pair.master.size + pair.memory.adjust;  // adjusted gaps are closed at a distance
-  const MotionBound slave = bound_at(pair.slave.body, step);
+  const double margin = 0.1 * pair.master->size + pair.adjust.value_or(0);  // adjusted gaps are closed at a distance
+  const MotionBound slave = bound_at(pair.slave->body, step);
   const double apart =
-      pair.wall ? pair.wall->time_apart(slave, margin) : time_apart(slave, bound_at(pair.master.body, step), margin);
+      pair.wall ? pair.wall->time_apart(slave, margin) : time_apart(slave, bound_at(pair.master->body, step), margin);
   return std::floor(apart / plan().h);
 }
 
@@ -216,7 +255,7 @@ double PairSchedule::steps_apart(Index p, Index step) const {
 void PairSchedule::schedule(Index p, Index step) {
   if (step > 0 && --wait_[p] > 0) return enqueue(p, step);
   ++counts_.pair_looks;
-  const Index bodies[2] = {sim_.pairs[p].slave.body, sim_.pairs[p].master.body};
+  const Index bodies[2] = {sim_.pairs[p].slave->body, sim_.pairs[p].master->body};
   double apart = steps_apart(p, step);
   for (const bool fine : {false, true}) {
     if (apart >= many_steps) break;
@@ -235,16 +274,16 @@ void PairSchedule::schedule(Index p, Index step) {
 
 void PairSchedule::loosen(Index c) {
   Known& known = known_[c];
-  if (known.loose || pairs_of_[c].empty()) return;
+  if (known.loose || partners_[c].empty()) return;
   known.loose = true, known.step = -1;
   loose_.push_back(c);
-  for (const Index p : pairs_of_[c]) ++stamp_[p];  // what its bound has said of them no longer holds
+  for (const Partner& partner : partners_[c]) ++stamp_[partner.pair];  // what its bound has said of them no longer holds
 }
 
 void PairSchedule::update(Index step, const ContactOutcome& outcome) {
   for (const Index p : outcome.searched) {
     const ContactPair& pair = sim_.pairs[p];
-    for (const Index c : {pair.slave.body, pair.master.body}) {
+    for (const Index c : {pair.slave->body, pair.master->body}) {
       if (outcome.touched[c]) loosen(c);
       if (outcome.touched[c] || outcome.near[p]) known_[c].busy_at = step;
     }
@@ -266,8 +305,8 @@ void PairSchedule::update(Index step, const ContactOutcome& outcome) {
     }
   }
   for (const Index c : settled_)
-    for (const Index p : pairs_of_[c])
-      if (is_free(p) && taken_at_[p] != step - 1) schedule(p, step);
+    for (const Partner& partner : partners_[c])
+      if (is_free(partner.pair) && taken_at_[partner.pair] != step - 1) schedule(partner.pair, step);
   taken_.clear();
 }
 

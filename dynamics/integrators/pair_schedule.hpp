@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "dynamics/contact/broad_phase.hpp"
 #include "dynamics/integrators/contact_step.hpp"
 #include "dynamics/integrators/simulation.hpp"
 
@@ -53,6 +54,11 @@ class PairSchedule {
     void keep_state(StateArchive& archive);
   };
 
+  struct Partner {  // of a contact body: the other one, and their pair
+    Index body, pair;
+    auto operator<=>(const Partner&) const = default;
+  };
+
   const TimePlan& plan() const { return sim_.plan; }
   bool is_free(Index pair) const;
   Kind kind_of(const ContactPair& pair) const;
@@ -65,21 +71,28 @@ class PairSchedule {
   void schedule(Index pair, Index step);
   const Box& box_of(Index contact, Index step);
   void loosen(Index contact);
+  double longest_way(Index contact, Index step, const ContactState& state) const;
+  void find_near(Index step, const ContactState& state);
 
   Simulation& sim_;
   const bool jumps_;
   const std::vector<char>& resting_;
   std::function<void(Index, Index)> bring_;
   WorkCounts& counts_;
-  std::vector<Known> known_;                  // per contact body
-  std::vector<std::vector<Index>> pairs_of_;  // per contact body
-  std::vector<Kind> kind_;                    // per pair, as all that follow
-  std::vector<Index> stamp_;                  // of the entry in the queue that counts
+  std::vector<Known> known_;                    // per contact body
+  std::vector<std::vector<Partner>> partners_;  // per contact body, ascending: walls first
+  std::vector<Index> meeting_;                  // contact bodies with partners beside walls, ascending
+  double face_of_any_ = 0, adjust_of_any_ = 0;  // largest of the pairs of bodies
+  std::vector<Kind> kind_;                      // per pair, as the next five
+  std::vector<Index> stamp_;                    // of the entry in the queue that counts
   std::vector<Index> taken_at_;
   std::vector<Index> wait_, backoff_;  // a pair that stays close is asked ever more seldom when it can be met
   std::vector<double> largest_face_;
   std::vector<Entry> queue_;  // a heap
   std::vector<Index> always_, taken_, loose_, settled_;
+  std::vector<Box> queries_, targets_;  // of find_near(): the loose bodies, those of meeting_
+  std::vector<double> ways_;            // of meeting_
+  BroadPhase grid_;
 };
 
 }  // namespace cbr

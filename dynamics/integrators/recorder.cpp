@@ -30,7 +30,7 @@ void Recorder::record_pairs(double interval, const ContactOutcome& outcome) {
   double active = 0;
   const std::size_t before = result_.time.size() - 1;
   for (const Index p : outcome.met) {
-    ContactPair& pair = sim_.pairs[p];
+    const PairState& pair = sim_.pairs[p].seen();
     RunResult::OfPair& of = result_.pairs[p];
     if (of.active.size() < before) {  // it has met only now
       of.active.assign(before, 0), of.penetration = of.residual = of.area = of.active;
@@ -40,13 +40,15 @@ void Recorder::record_pairs(double interval, const ContactOutcome& outcome) {
     of.area.push_back(outcome.active[p] > 0 ? pair.area : 0);
     of.penetration.push_back(pair.recent_penetration);
     of.residual.push_back(pair.recent_residual);
-    of.force.add(interval > 0 ? Vector3((pair.slave_is_first ? 1 : -1) * pair.impulse / interval) : Vector3::Zero());
+    of.force.add(interval > 0 ? Vector3((sim_.pairs[p].slave_is_first ? 1 : -1) * pair.impulse / interval) : Vector3::Zero());
     of.center_of_pressure.add(pair.normal_impulse > 0 ? Vector3(pair.moment / pair.normal_impulse) : Vector3::Zero());
-    pair.penetration = std::max(pair.penetration, pair.recent_penetration);
-    pair.residual = std::max(pair.residual, pair.recent_residual);
-    pair.recent_penetration = pair.recent_residual = pair.normal_impulse = 0;
-    pair.impulse = pair.moment = Vector3::Zero();
     active += static_cast<double>(outcome.active[p]);
+    if (!sim_.pairs[p].has_state()) continue;
+    PairState& next = sim_.pairs[p].state();
+    next.penetration = std::max(next.penetration, next.recent_penetration);
+    next.residual = std::max(next.residual, next.recent_residual);
+    next.recent_penetration = next.recent_residual = next.normal_impulse = 0;
+    next.impulse = next.moment = Vector3::Zero();
   }
   result_.active.push_back(active);
 }

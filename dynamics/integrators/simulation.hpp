@@ -17,19 +17,9 @@
 
 namespace cbr {
 
-struct ContactPair {
-  std::string name;               // "left.contact - right.contact"
-  SourceLine source;              // its entry in the scene
-  bool of_all = false;            // one of those that `all` stands for
-  ContactSurface slave, master;   // .body: index into Simulation::contact_nodes
-  std::optional<RigidWall> wall;  // then `master` has no faces, the slave's body and size, and the wall's name
-  bool slave_is_first = true;     // of the two that the scene names
-  Enforcement enforcement = Enforcement::impulse;
-  Formulation formulation = Formulation::node_face;
-  PointLaw law;                  // frictionless, coulomb or tied
-  double damping = 0;            // penalty
-  std::optional<double> adjust;  // length, see ContactOptions
-  PairMemory memory, back;       // back: of the master's nodes on the slave's faces (two-way)
+// What a run makes of a pair.
+struct PairState {
+  PairMemory memory, back;  // back: of the master's nodes on the slave's faces (two-way)
   PenaltyMemory penalty;
   ContactList ties;   // tied: found at the start
   Points tie_offset;  // ties x 3, scene axes: relative positions that are kept
@@ -42,6 +32,29 @@ struct ContactPair {
   double area = 0, largest_area = 0;
   Vector3 impulse = Vector3::Zero(), moment = Vector3::Zero();
   double normal_impulse = 0;
+};
+
+// `contact: all` makes one of every two instances, few of which ever come near each other: what is not the pair's own is shared,
+// and what a run makes of it is made when it is first searched.
+struct ContactPair {
+  std::string name;                                     // "left.contact - right.contact"
+  std::shared_ptr<const SourceLine> source;             // its entry in the scene
+  bool of_all = false;                                  // one of those that `all` stands for
+  std::shared_ptr<const ContactSurface> slave, master;  // ->body: index into Simulation::contact_nodes
+  std::shared_ptr<const RigidWall> wall;  // or none; then `master` has no faces, the slave's body and size, and the wall's name
+  bool slave_is_first = true;             // of the two that the scene names
+  Enforcement enforcement = Enforcement::impulse;
+  Formulation formulation = Formulation::node_face;
+  PointLaw law;                  // frictionless, coulomb or tied
+  double damping = 0;            // penalty
+  std::optional<double> adjust;  // length, see ContactOptions
+
+  bool has_state() const { return state_ != nullptr; }
+  PairState& state();             // made when there is none
+  const PairState& seen() const;  // as it is; of nothing when there is none
+
+ private:
+  std::unique_ptr<PairState> state_;
 };
 
 // The contact nodes of one body: the union over its contact surfaces.

@@ -136,7 +136,7 @@ class TimeLoop {
   }
 
   void locate_due(Index step) {
-    for (const Index p : due_) locate(sim_.pairs[p].slave.body, step), locate(sim_.pairs[p].master.body, step);
+    for (const Index p : due_) locate(sim_.pairs[p].slave->body, step), locate(sim_.pairs[p].master->body, step);
   }
 
   // One step of all bodies that take part in a due pair, are pushed, or are not exact.

@@ -99,43 +99,46 @@ std::string counted(Index n, const std::string& noun) { return std::to_string(n)
 
 // 0 where it is round-off.
 double initial_overlap(const ContactPair& pair) {
-  const double overlap = std::max(pair.memory.initial_overlap, pair.back.initial_overlap);
-  return overlap > 1e-10 * pair.master.size ? overlap : 0;
+  const double overlap = std::max(pair.seen().memory.initial_overlap, pair.seen().back.initial_overlap);
+  return overlap > 1e-10 * pair.master->size ? overlap : 0;
 }
-double initial_gap(const ContactPair& pair) { return std::min(pair.memory.initial_gap, pair.back.initial_gap); }
+double initial_gap(const ContactPair& pair) { return std::min(pair.seen().memory.initial_gap, pair.seen().back.initial_gap); }
 
 std::string contact_line(const ContactPair& pair) {
   std::ostringstream line;
   line.precision(3);
-  line << "contact " << pair.name << ": " << counted(static_cast<Index>(pair.slave.nodes.size()), "slave node") << " of "
-       << pair.slave.name;
-  if (pair.law.law == ContactLaw::tied)
-    line << ", " << counted(static_cast<Index>(pair.ties.points.size()), "point") << " tied, largest offset "
-         << pair.tie_report.largest_offset << ", " << counted(pair.tie_report.without_partner, "node") << " left free";
+  line << "contact " << pair.name << ": " << counted(static_cast<Index>(pair.slave->nodes.size()), "slave node") << " of "
+       << pair.slave->name;
+  if (pair.law.law == ContactLaw::tied) {
+    const Index n = static_cast<Index>(pair.slave->nodes.size()),
+                free = pair.has_state() ? pair.seen().tie_report.without_partner : n;
+    line << ", " << counted(static_cast<Index>(pair.seen().ties.points.size()), "point") << " tied, largest offset "
+         << pair.seen().tie_report.largest_offset << ", " << counted(free, "node") << " left free";
+  }
   line << ", " << word_of(formulation_words, pair.formulation) << ", " << word_of(enforcement_words, pair.enforcement);
   if (pair.law.law == ContactLaw::coulomb) line << ", friction " << pair.law.friction;
   if (pair.damping > 0) line << ", damping " << pair.damping;
-  line << "; largest area in contact " << pair.largest_area;
-  if (pair.law.law != ContactLaw::tied) line << ", largest penetration " << pair.penetration;
-  if (pair.enforcement == Enforcement::impulse) line << ", residual " << pair.residual;
+  line << "; largest area in contact " << pair.seen().largest_area;
+  if (pair.law.law != ContactLaw::tied) line << ", largest penetration " << pair.seen().penetration;
+  if (pair.enforcement == Enforcement::impulse) line << ", residual " << pair.seen().residual;
   if (initial_overlap(pair) > 0) line << "; initial overlap " << initial_overlap(pair);
   // Surfaces that touch or overlap somewhere have no gap, however far their other nodes are.
   if (initial_overlap(pair) == 0 && initial_gap(pair) > 0 && std::isfinite(initial_gap(pair)))
     line << "; initial gap " << initial_gap(pair);
-  if (pair.n_fallbacks > 0) line << "; Newton's method needed help in " << counted(pair.n_fallbacks, "step");
+  if (pair.seen().n_fallbacks > 0) line << "; Newton's method needed help in " << counted(pair.seen().n_fallbacks, "step");
   return line.str();
 }
 
 void contact_warnings(const ContactPair& pair, Report& report) {
   const double overlap = initial_overlap(pair);
-  if (overlap > std::max(1e-6 * pair.master.size, pair.adjust.value_or(0))) {
+  if (overlap > std::max(1e-6 * pair.master->size, pair.adjust.value_or(0))) {
     std::ostringstream warning;
     warning.precision(3);
     warning << "contact " << pair.name << ": the surfaces overlap by " << overlap
             << " at the start; nodes that overlapped were held where they were, not pushed out";
     report.warning(warning.str());
   }
-  if (pair.enforcement != Enforcement::penalty && pair.residual > 1e-6)
+  if (pair.enforcement != Enforcement::penalty && pair.seen().residual > 1e-6)
     report.warning("contact " + pair.name + ": not all gaps could be closed or opened (complementarity residual above 1e-6)");
 }
 
@@ -145,7 +148,7 @@ void contact_lines(const BuiltScene& built, Report& report) {
   const auto& pairs = built.simulation.pairs;
   std::size_t n_apart = 0;
   for (const ContactPair& pair : pairs) {
-    const bool apart = pair.largest_area == 0 && initial_overlap(pair) == 0;
+    const bool apart = pair.seen().largest_area == 0 && initial_overlap(pair) == 0;
     if (pairs.size() > many && apart) {
       ++n_apart;
     } else {

@@ -7,6 +7,7 @@
 #include <map>
 #include <set>
 #include <sstream>
+#include <unordered_set>
 #include <utility>
 
 #include "common/error.hpp"
@@ -20,40 +21,39 @@
 namespace cbr {
 namespace {
 
-Index instance_index(const Scene& scene, const std::string& name) {
-  for (std::size_t i = 0; i < scene.instances.size(); ++i)
-    if (scene.instances[i].name == name) return static_cast<Index>(i);
-  return -1;  // read_scene has seen to it
-}
-
-void add_loads(const Scene& scene, BuiltScene& built) {
-  for (const Load& load : scene.loads) {
+// Of surfaces and histories that many loads have there is one of each.
+void add_loads(const SceneIndex& index, BuiltScene& built) {
+  std::map<std::pair<const Geometry*, std::string>, Vector> weights;
+  std::unordered_set<LoadHistory, LoadHistory::Hash> histories;
+  for (const Load& load : index.scene().loads) {
     built.momentum_is_kept = false;
+    const LoadHistory& history = *histories.emplace(load.history).first;
     if (load.kind == Load::Kind::gravity) {
-      for (auto& body : built.simulation.bodies) body->add_gravity(load.value, load.history);
+      for (auto& body : built.simulation.bodies) body->add_gravity(load.value, history);
       continue;
     }
-    const Index i = instance_index(scene, load.instance);
+    const Index i = index.place(load.instance);
     const Geometry& geometry = *built.instances[i].geometry;
-    const Vector weights = face_weights(find_surface(geometry, load.instance, load.surface, load.source), geometry.coordinates);
-    const double area = weights.sum();
-    const Vector3 traction = load.kind == Load::Kind::force ? Vector3(load.value / area) : load.value;
-    built.simulation.bodies[i]->add_force(weights * traction.transpose(), load.history);
+    const auto [of, is_new] = weights.try_emplace({&geometry, load.surface});
+    if (is_new) of->second = face_weights(find_surface(geometry, load.instance, load.surface, load.source), geometry.coordinates);
+    const Vector3 traction = load.kind == Load::Kind::force ? Vector3(load.value / of->second.sum()) : load.value;
+    built.simulation.bodies[i]->add_force(of->second * traction.transpose(), history);
   }
 }
 
-void add_monitors(const Scene& scene, BuiltScene& built) {
+void add_monitors(const SceneIndex& index, BuiltScene& built) {
   Simulation& sim = built.simulation;
-  for (const SurfaceName& surface : scene.output.history) {
+  std::vector<Index> contact_of_body(sim.bodies.size(), -1);
+  for (std::size_t c = 0; c < sim.contact_nodes.size(); ++c) contact_of_body[sim.contact_nodes[c].body] = static_cast<Index>(c);
+  for (const SurfaceName& surface : index.scene().output.history) {
     Monitor monitor;
     monitor.name = surface.text();
-    monitor.body = instance_index(scene, surface.instance);
+    monitor.body = index.place(surface.instance);
     const auto nodes = find_nodes(*built.instances[monitor.body].geometry, surface.instance, surface.surface, surface.source);
     monitor.mean_set = sim.bodies[monitor.body]->track_mean(nodes);
-    for (std::size_t c = 0; c < sim.contact_nodes.size(); ++c) {
-      if (sim.contact_nodes[c].body != monitor.body) continue;
-      monitor.contact = static_cast<Index>(c);
-      const auto& contact = sim.contact_nodes[c].nodes;
+    monitor.contact = contact_of_body[monitor.body];
+    if (monitor.contact >= 0) {
+      const auto& contact = sim.contact_nodes[monitor.contact].nodes;
       for (std::size_t slot = 0; slot < contact.size(); ++slot)
         if (std::binary_search(nodes.begin(), nodes.end(), contact[slot]))
           monitor.contact_slots.push_back(static_cast<Index>(slot));
@@ -80,7 +80,7 @@ void set_contact_step(const std::vector<ContactKind>& contact, BuiltScene& built
   std::vector<char> only_impulses(contact.size(), 1);
   for (const ContactPair& pair : sim.pairs) {
     if (pair.enforcement == Enforcement::impulse) continue;
-    for (const Index c : {pair.slave.body, pair.master.body}) only_impulses[sim.contact_nodes[c].body] = 0;
+    for (const Index c : {pair.slave->body, pair.master->body}) only_impulses[sim.contact_nodes[c].body] = 0;
   }
   for (std::size_t b = 0; b < contact.size(); ++b)
     if (contact[b] != ContactKind::none && only_impulses[b]) sim.bodies[b]->set_contact_step(sim.plan.h);
@@ -111,14 +111,13 @@ double shortest_pulse(const History& history) {
 }
 
 // A pulse between two steps would leave no trace: only a body that moves exactly takes a load as it is between its steps.
-void warn_of_missed_loads(const Scene& scene, const BuiltScene& built, Report& report) {
+void warn_of_missed_loads(const SceneIndex& index, const BuiltScene& built, Report& report) {
   const auto& bodies = built.simulation.bodies;
   const double h = built.simulation.plan.h;
-  for (std::size_t i = 0; i < scene.loads.size(); ++i) {
-    const Load& load = scene.loads[i];
-    const bool sampled = load.kind == Load::Kind::gravity
-                             ? std::any_of(bodies.begin(), bodies.end(), [](const auto& body) { return !body->is_exact(); })
-                             : !bodies[static_cast<std::size_t>(instance_index(scene, load.instance))]->is_exact();
+  const bool any_sampled = std::any_of(bodies.begin(), bodies.end(), [](const auto& body) { return !body->is_exact(); });
+  for (std::size_t i = 0; any_sampled && i < index.scene().loads.size(); ++i) {
+    const Load& load = index.scene().loads[i];
+    const bool sampled = load.kind == Load::Kind::gravity || !bodies[index.place(load.instance)]->is_exact();
     const double pulse = shortest_pulse(load.history);
     if (!sampled || pulse >= 2 * h * (1 - 1e-9)) continue;
     std::ostringstream text;
@@ -155,13 +154,13 @@ void note_shells(const Scene& scene, BuiltScene& built) {
 // Components, each read once, and the instances made of them.
 class Builder {
  public:
-  Builder(const Scene& scene, const BuildOptions& options, Report& report, BuiltScene& built)
-      : scene_(scene), options_(options), report_(report), built_(built) {}
+  Builder(const SceneIndex& index, const BuildOptions& options, Report& report, BuiltScene& built)
+      : index_(index), scene_(index.scene()), options_(options), report_(report), built_(built) {}
 
   void add_instances() {
     for (const Instance& instance : scene_.instances) read(instance);
     const auto phase = report_.phase("setup");
-    BodyMaker maker(scene_, threads());
+    BodyMaker maker(index_, threads());
     for (const Instance& instance : scene_.instances) add(instance, maker);
   }
 
@@ -169,7 +168,7 @@ class Builder {
   void read(const Instance& instance) {
     const Component& component = component_of(scene_, instance);
     if (instance.as == InstanceKind::superelement) {
-      if (!reduced_.count(component.name)) reduced_[component.name] = read_reduced_component(scene_, component, options_, report_);
+      if (!reduced_.count(component.name)) reduced_[component.name] = read_reduced_component(index_, component, options_, report_);
     } else if (!meshed_.count(component.name)) {
       meshed_[component.name] = read_meshed_component(scene_, component, report_);
     }
@@ -205,6 +204,7 @@ class Builder {
     built_.instances.push_back(std::move(of));
   }
 
+  const SceneIndex& index_;
   const Scene& scene_;
   const BuildOptions& options_;
   Report& report_;
@@ -219,18 +219,19 @@ BuiltScene build(const Scene& scene, Report& report, const BuildOptions& options
   refuse_what_cannot_be(scene);
   BuiltScene built;
   built.momentum_is_kept = scene.boundary.empty();
-  Builder(scene, options, report, built).add_instances();
+  const SceneIndex index(scene);
+  Builder(index, options, report, built).add_instances();
   require_skin(scene, built);
   note_shells(scene, built);
   const auto phase = report.phase("setup");
-  const std::vector<ContactKind> in_contact = add_contact(scene, built, report);
-  add_loads(scene, built);
-  add_monitors(scene, built);
+  const std::vector<ContactKind> in_contact = add_contact(index, built, report);
+  add_loads(index, built);
+  add_monitors(index, built);
   built.simulation.plan = plan_time(*scene.time, scene.output.every, built.simulation.bodies, in_contact);
   set_contact_step(in_contact, built);
   scale_bodies(in_contact, built);
   look_for_overlaps(scene, built, report);
-  warn_of_missed_loads(scene, built, report);
+  warn_of_missed_loads(index, built, report);
   return built;
 }
 

@@ -25,13 +25,6 @@ void require_current(const Scene& scene, const Component& component, const Reduc
     throw InputError(where + " was not made from the present mesh, materials and reduction options" + cure);
 }
 
-bool is_nodal(const Scene& scene, const Instance& instance) {
-  return std::any_of(scene.contact.begin(), scene.contact.end(), [&](const ContactOptions& c) {
-    return c.enforcement == Enforcement::nodal &&
-           (c.all || c.first.instance == instance.name || c.second.instance == instance.name);
-  });
-}
-
 std::vector<const Instance*> instances_of(const Scene& scene, const Component& component, InstanceKind as) {
   std::vector<const Instance*> list;
   for (const Instance& instance : scene.instances)
@@ -46,15 +39,15 @@ struct Needs {
   bool diagonal = false;  // the form as it is stored
 };
 
-Needs needs_of(const Scene& scene, const Component& component, const ReducedComponent& reduced, bool has_diagonal_form) {
+Needs needs_of(const SceneIndex& index, const Component& component, const ReducedComponent& reduced, bool has_diagonal_form) {
   Needs needs;
-  for (const Instance* instance : instances_of(scene, component, InstanceKind::superelement)) {
-    const bool modal = coordinates_of_reduced(scene, *instance, reduced, has_diagonal_form) == Coordinates::modal;
+  for (const Instance* instance : instances_of(index.scene(), component, InstanceKind::superelement)) {
+    const bool modal = coordinates_of_reduced(index, *instance, reduced, has_diagonal_form) == Coordinates::modal;
     const bool as_stored =
-        modal && has_diagonal_form && !is_held(scene, *instance) && !has_shells(scene, *instance, *reduced.geometry);
+        modal && has_diagonal_form && !index.is_held(*instance) && !has_shells(index.scene(), *instance, *reduced.geometry);
     needs.modal |= modal;
     needs.diagonal |= as_stored;
-    needs.matrices |= !as_stored || is_nodal(scene, *instance);
+    needs.matrices |= !as_stored || index.is_nodal(*instance);
   }
   return needs;
 }
@@ -80,7 +73,7 @@ void add_part(std::shared_ptr<const Superelement> superelement, std::vector<Inde
   reduced.n_dofs = reduced.n_modal + 3 * reduced.geometry->coordinates.rows();
 }
 
-ReducedComponent of_one(const Scene& scene, const Component& component, const BuildOptions& options) {
+ReducedComponent of_one(const SceneIndex& index, const Component& component, const BuildOptions& options) {
   const std::filesystem::path& file = component.reduction->superelement;
   auto superelement = std::make_shared<Superelement>(read_superelement(file, light));
   ReducedComponent reduced;
@@ -91,12 +84,13 @@ ReducedComponent of_one(const Scene& scene, const Component& component, const Bu
   for (Index i = 0; i < superelement->coordinates.rows(); ++i) node.push_back(i);
   add_part(superelement, std::move(node), reduced);
   reduced.n_dofs = superelement->n();
-  *superelement = read_superelement(file, parts_to_read(scene, needs_of(scene, component, reduced, stores_diagonal_form(file))));
+  *superelement =
+      read_superelement(file, parts_to_read(index.scene(), needs_of(index, component, reduced, stores_diagonal_form(file))));
   reduced.superelement = superelement;
   return reduced;
 }
 
-ReducedComponent of_group(const Scene& scene, const Component& component, const BuildOptions& options) {
+ReducedComponent of_group(const SceneIndex& index, const Component& component, const BuildOptions& options) {
   const std::filesystem::path& file = component.reduction->superelement;
   SuperelementGroup group = read_superelement_group(file, light);
   const JoinedNodes nodes = join_nodes(group);
@@ -106,8 +100,8 @@ ReducedComponent of_group(const Scene& scene, const Component& component, const 
   reduced.rigid_body = group.rigid_body;
   for (const Superelement& domain : group.domains) reduced.n_modal += domain.k();
   reduced.n_dofs = reduced.n_modal + 3 * nodes.coordinates.rows();
-  const Needs needs = needs_of(scene, component, reduced, stores_diagonal_form(file));
-  group = read_superelement_group(file, parts_to_read(scene, needs));
+  const Needs needs = needs_of(index, component, reduced, stores_diagonal_form(file));
+  group = read_superelement_group(file, parts_to_read(index.scene(), needs));
   if (needs.modal) {
     Vector omega = std::move(group.omega);
     RowMatrix V = std::move(group.V);
@@ -120,43 +114,34 @@ ReducedComponent of_group(const Scene& scene, const Component& component, const 
   return reduced;
 }
 
-bool moves_freely_in_diagonal_form(const Scene& scene, const Component& component, const ReducedComponent& reduced) {
-  const auto instances = instances_of(scene, component, InstanceKind::superelement);
+bool moves_freely_in_diagonal_form(const SceneIndex& index, const Component& component, const ReducedComponent& reduced) {
+  const auto instances = instances_of(index.scene(), component, InstanceKind::superelement);
   return std::any_of(instances.begin(), instances.end(), [&](const Instance* i) {
     const bool stored = reduced.superelement && reduced.superelement->has_diagonal_form();
-    return coordinates_of_reduced(scene, *i, reduced, stored) == Coordinates::modal && !is_held(scene, *i) &&
-           !has_shells(scene, *i, *reduced.geometry) && !scales_from_matrices(scene, *i, reduced, stored);
+    return coordinates_of_reduced(index, *i, reduced, stored) == Coordinates::modal && !index.is_held(*i) &&
+           !has_shells(index.scene(), *i, *reduced.geometry) && !scales_from_matrices(index, *i, reduced, stored);
   });
 }
 
 }  // namespace
 
-bool is_held(const Scene& scene, const Instance& instance) {
-  return std::any_of(scene.boundary.begin(), scene.boundary.end(), [&](const auto& b) { return b.instance == instance.name; });
-}
-
 bool has_shells(const Scene& scene, const Instance& instance, const Geometry& geometry) {
   return skin_acts(scene) && skin_faces(scene, instance.name, geometry).rows() > 0;
 }
 
-bool may_touch(const Scene& scene, const Instance& instance) {
-  return std::any_of(scene.contact.begin(), scene.contact.end(), [&](const ContactOptions& contact) {
-    return contact.all || contact.first.instance == instance.name || contact.second.instance == instance.name;
-  });
+bool scales_from_matrices(const SceneIndex& index, const Instance& instance, const ReducedComponent& component,
+                          bool has_diagonal_form) {
+  const bool stored = has_diagonal_form && !index.is_held(instance);
+  return index.scene().time->mass_scaling && index.may_touch(instance) && !stored &&
+         component.n_dofs > small_enough_to_diagonalise && !has_shells(index.scene(), instance, *component.geometry);
 }
 
-bool scales_from_matrices(const Scene& scene, const Instance& instance, const ReducedComponent& component, bool has_diagonal_form) {
-  const bool stored = has_diagonal_form && !is_held(scene, instance);
-  return scene.time->mass_scaling && may_touch(scene, instance) && !stored && component.n_dofs > small_enough_to_diagonalise &&
-         !has_shells(scene, instance, *component.geometry);
-}
-
-Coordinates coordinates_of_reduced(const Scene& scene, const Instance& instance, const ReducedComponent& component,
+Coordinates coordinates_of_reduced(const SceneIndex& index, const Instance& instance, const ReducedComponent& component,
                                    bool has_diagonal_form) {
-  if (scene.time->integrator == Integrator::exact) return Coordinates::modal;
-  if (has_shells(scene, instance, *component.geometry)) return Coordinates::coupled;
+  if (index.scene().time->integrator == Integrator::exact) return Coordinates::modal;
+  if (has_shells(index.scene(), instance, *component.geometry)) return Coordinates::coupled;
   const auto& limit = component.options.diagonal_limit;
-  const bool stored = has_diagonal_form && !is_held(scene, instance) && !limit;
+  const bool stored = has_diagonal_form && !index.is_held(instance) && !limit;
   return stored || component.n_dofs <= limit.value_or(small_enough_to_diagonalise) ? Coordinates::modal : Coordinates::coupled;
 }
 
@@ -165,7 +150,7 @@ Coordinates coordinates_of_mesh(const Scene& scene, const Instance& instance, co
   return coupled ? Coordinates::coupled : Coordinates::nodal;
 }
 
-ReducedComponent read_reduced_component(const Scene& scene, const Component& component, const BuildOptions& options,
+ReducedComponent read_reduced_component(const SceneIndex& index, const Component& component, const BuildOptions& options,
                                         Report& report) {
   if (!component.reduction) {
     throw InputError(component.source.text() + ": component '" + component.name +
@@ -174,11 +159,11 @@ ReducedComponent read_reduced_component(const Scene& scene, const Component& com
   ReducedComponent reduced;
   {
     const auto phase = report.phase("read");
-    require_current(scene, component, *component.reduction);
-    reduced = is_superelement_group(component.reduction->superelement) ? of_group(scene, component, options)
-                                                                       : of_one(scene, component, options);
+    require_current(index.scene(), component, *component.reduction);
+    reduced = is_superelement_group(component.reduction->superelement) ? of_group(index, component, options)
+                                                                       : of_one(index, component, options);
   }
-  if (moves_freely_in_diagonal_form(scene, component, reduced)) {
+  if (moves_freely_in_diagonal_form(index, component, reduced)) {
     const auto phase = report.phase("setup");
     reduced.form = std::make_shared<DiagonalForm>(free_diagonal_form(*reduced.superelement, "component '" + component.name + "'"));
   }

@@ -15,6 +15,7 @@
 #include "dynamics/bodies/diagonal_form.hpp"
 #include "dynamics/bodies/mesh_body.hpp"
 #include "dynamics/setup/geometry.hpp"
+#include "dynamics/setup/scene_index.hpp"
 
 namespace cbr {
 
@@ -52,24 +53,21 @@ struct MeshedComponent {
   std::shared_ptr<const MeshModel> model;  // when an instance moves as a MeshBody
 };
 
-bool is_held(const Scene& scene, const Instance& instance);
 bool has_shells(const Scene& scene, const Instance& instance, const Geometry& geometry);
-
-// Whether the scene names the instance in a contact.
-bool may_touch(const Scene& scene, const Instance& instance);
 // Modal mass scaling of a component so large that the modes above the clip are not worth computing: ScaledModel of its matrices.
-bool scales_from_matrices(const Scene& scene, const Instance& instance, const ReducedComponent& component, bool has_diagonal_form);
+bool scales_from_matrices(const SceneIndex& index, const Instance& instance, const ReducedComponent& component,
+                          bool has_diagonal_form);
 
 // How an instance's coordinates are advanced.
 enum class Coordinates { modal, coupled, nodal };  // SuperelementBody, CoupledBody, MeshBody
 
 // Shells or newmark on a mesh, and superelements whose diagonal form is neither stored nor small, are coupled; `exact` is modal.
-Coordinates coordinates_of_reduced(const Scene& scene, const Instance& instance, const ReducedComponent& component,
+Coordinates coordinates_of_reduced(const SceneIndex& index, const Instance& instance, const ReducedComponent& component,
                                    bool has_diagonal_form);
 Coordinates coordinates_of_mesh(const Scene& scene, const Instance& instance, const Geometry& geometry);
 
 // In phases "read" and "setup" of the report. InputError: a missing or stale superelement (with the command to run).
-ReducedComponent read_reduced_component(const Scene& scene, const Component& component, const BuildOptions& options,
+ReducedComponent read_reduced_component(const SceneIndex& index, const Component& component, const BuildOptions& options,
                                         Report& report);
 MeshedComponent read_meshed_component(const Scene& scene, const Component& component, Report& report);
 

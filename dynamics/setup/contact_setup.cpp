@@ -8,6 +8,7 @@
 #include <set>
 #include <sstream>
 #include <tuple>
+#include <unordered_map>
 #include <utility>
 
 #include "common/error.hpp"
@@ -21,6 +22,7 @@ struct SideName {
   Index instance = 0;
   std::string surface;
   bool whole = false;
+  bool operator==(const SideName& other) const = default;
   bool operator<(const SideName& other) const {
     return std::tie(instance, whole, surface) < std::tie(other.instance, other.whole, other.surface);
   }
@@ -32,18 +34,6 @@ struct Entry {
   SideName first, second;
   const WallOptions* wall = nullptr;  // then there is no second
 };
-
-Index instance_index(const Scene& scene, const std::string& name) {
-  const auto found =
-      std::find_if(scene.instances.begin(), scene.instances.end(), [&](const Instance& instance) { return instance.name == name; });
-  return found - scene.instances.begin();  // read_scene has seen to it that there is one
-}
-
-const WallOptions* find_wall(const Scene& scene, const std::string& name) {
-  const auto found =
-      std::find_if(scene.walls.begin(), scene.walls.end(), [&](const WallOptions& wall) { return wall.name == name; });
-  return &*found;  // likewise
-}
 
 // What explicit entries name: two instances, or an instance and a wall.
 struct Named {
@@ -60,17 +50,19 @@ Named named_by(const std::vector<Entry>& entries) {
   return named;
 }
 
-std::vector<Entry> explicit_entries(const Scene& scene) {
+std::vector<Entry> explicit_entries(const SceneIndex& index) {
   std::vector<Entry> entries;
-  for (const ContactOptions& options : scene.contact) {
+  std::unordered_map<std::string, const WallOptions*> walls;
+  for (const WallOptions& wall : index.scene().walls) walls[wall.name] = &wall;
+  for (const ContactOptions& options : index.scene().contact) {
     if (options.all) continue;
     Entry entry;
     entry.options = &options;
-    entry.first = {instance_index(scene, options.first.instance), options.first.surface, false};
+    entry.first = {index.place(options.first.instance), options.first.surface, false};
     if (options.second.is_wall()) {
-      entry.wall = find_wall(scene, options.second.surface);
+      entry.wall = walls.at(options.second.surface);
     } else {
-      entry.second = {instance_index(scene, options.second.instance), options.second.surface, false};
+      entry.second = {index.place(options.second.instance), options.second.surface, false};
     }
     entries.push_back(std::move(entry));
   }
@@ -107,13 +99,17 @@ void add_all(const Scene& scene, const BuiltScene& built, const ContactOptions& 
                    " rigid walls, expected two instances" + (options.tied ? "" : ", or one and a wall"));
 }
 
-std::vector<Entry> entries_of(const Scene& scene, const BuiltScene& built, Report& report) {
-  std::vector<Entry> entries = explicit_entries(scene);
+std::vector<Entry> entries_of(const SceneIndex& index, const BuiltScene& built, Report& report) {
+  const Scene& scene = index.scene();
+  std::vector<Entry> entries = explicit_entries(index);
   const Named named = named_by(entries);
   for (const ContactOptions& options : scene.contact)
     if (options.all) add_all(scene, built, options, named, report, entries);
   return entries;
 }
+
+// By instance: its place in Simulation::contact_nodes.
+using ContactNumbers = std::map<Index, Index>;
 
 // Sides by name, made once however many pairs they are in.
 class Sides {
@@ -131,10 +127,10 @@ class Sides {
   }
 
   // In the contact nodes of its body, which are known by now. `whole`: faces of second order are not cut into linear ones.
-  const ContactSurface& surface(const SideName& name, bool whole, const std::map<Index, Index>& contact_of_instance) {
+  std::shared_ptr<const ContactSurface> surface(const SideName& name, bool whole, const ContactNumbers& contact_of_instance) {
     const auto [at, is_new] = surfaces_.try_emplace({name, whole});
-    ContactSurface& surface = at->second;
-    if (!is_new) return surface;
+    if (!is_new) return at->second;
+    ContactSurface surface;
     surface.name = built_.instances[name.instance].name + "." + name.surface;
     surface.body = contact_of_instance.at(name.instance);
     const ContactNodes& contact = built_.simulation.contact_nodes[surface.body];
@@ -147,7 +143,7 @@ class Sides {
     surface.faces = faces.leftCols(4);
     if (whole && faces.rightCols(4).maxCoeff() >= 0) surface.middle = faces.rightCols(4);
     fill_sizes(surface, built_.simulation.bodies[contact.body]->reference_positions()(contact.nodes, Eigen::all));
-    return surface;
+    return at->second = std::make_shared<const ContactSurface>(std::move(surface));
   }
 
  private:
@@ -161,7 +157,7 @@ class Sides {
 
   const BuiltScene& built_;
   std::map<SideName, IndexTable> faces_;
-  std::map<std::pair<SideName, bool>, ContactSurface> surfaces_;
+  std::map<std::pair<SideName, bool>, std::shared_ptr<const ContactSurface>> surfaces_;
 };
 
 // Two parts of one body may meet (the prongs of a fork), but not where they hang together.
@@ -178,14 +174,25 @@ void refuse_shared_nodes(const Entry& entry, Sides& sides) {
                    " nodes of one instance, and a surface cannot be in contact with itself: name surfaces without common nodes");
 }
 
-// Which instances take part, with which nodes.
-std::map<Index, Index> add_contact_nodes(const std::vector<Entry>& entries, Sides& sides, Simulation& sim) {
-  std::map<Index, std::set<SideName>> names;
+// Which instances take part, with which sides: few each, however many pairs they are in.
+using SidesOfInstances = std::map<Index, std::vector<SideName>>;
+
+SidesOfInstances sides_of_instances(const std::vector<Entry>& entries) {
+  SidesOfInstances names;
+  const auto add = [&](const SideName& name) {
+    std::vector<SideName>& list = names[name.instance];
+    if (std::find(list.begin(), list.end(), name) == list.end()) list.push_back(name);
+  };
   for (const Entry& entry : entries) {
-    names[entry.first.instance].insert(entry.first);
-    if (!entry.wall) names[entry.second.instance].insert(entry.second);
+    add(entry.first);
+    if (!entry.wall) add(entry.second);
   }
-  std::map<Index, Index> contact_of_instance;
+  return names;
+}
+
+// The nodes with which instances take part.
+ContactNumbers add_contact_nodes(const SidesOfInstances& names, Sides& sides, Simulation& sim) {
+  ContactNumbers contact_of_instance;
   for (const auto& [instance, of_instance] : names) {
     std::set<Index> nodes;
     for (const SideName& name : of_instance) {
@@ -203,14 +210,10 @@ std::map<Index, Index> add_contact_nodes(const std::vector<Entry>& entries, Side
 }
 
 // What nodal pressures are measured by.
-void fill_areas(const std::vector<Entry>& entries, const std::map<Index, Index>& contact_of_instance, Sides& sides,
-                Simulation& sim) {
-  std::map<Index, IndexTable> faces;  // by instance
-  for (const Entry& entry : entries) {
-    join_faces(sides.faces(entry.first, {}), faces[entry.first.instance]);
-    if (!entry.wall) join_faces(sides.faces(entry.second, {}), faces[entry.second.instance]);
-  }
-  for (const auto& [instance, table] : faces) {
+void fill_areas(const SidesOfInstances& names, const ContactNumbers& contact_of_instance, Sides& sides, Simulation& sim) {
+  for (const auto& [instance, of_instance] : names) {
+    IndexTable table;
+    for (const SideName& name : of_instance) join_faces(sides.faces(name, {}), table);
     ContactNodes& contact = sim.contact_nodes[contact_of_instance.at(instance)];
     const Points X = sim.bodies[instance]->reference_positions();
     contact.area_vectors.setZero(static_cast<Index>(contact.nodes.size()), 3);
@@ -235,29 +238,47 @@ PointLaw law_of(const ContactOptions& options) {
   return {};
 }
 
-ContactPair pair_of(const Entry& entry, const std::map<Index, Index>& contact_of_instance, Sides& sides) {
+// What pairs of one entry or one wall share.
+class SharedByPairs {
+ public:
+  std::shared_ptr<const SourceLine> source(const ContactOptions& options) {
+    auto& source = sources_[&options];
+    if (!source) source = std::make_shared<const SourceLine>(options.source);
+    return source;
+  }
+  std::shared_ptr<const RigidWall> wall(const WallOptions& options) {
+    auto& wall = walls_[&options];
+    if (!wall) wall = std::make_shared<const RigidWall>(options);
+    return wall;
+  }
+
+ private:
+  std::unordered_map<const ContactOptions*, std::shared_ptr<const SourceLine>> sources_;
+  std::unordered_map<const WallOptions*, std::shared_ptr<const RigidWall>> walls_;
+};
+
+ContactPair pair_of(const Entry& entry, const ContactNumbers& contact_of_instance, SharedByPairs& shared, Sides& sides) {
   const ContactOptions& options = *entry.options;
   ContactPair pair;
-  pair.source = options.source, pair.of_all = options.all;
+  pair.source = shared.source(options), pair.of_all = options.all;
   pair.enforcement = options.enforcement;
   pair.formulation = entry.wall ? Formulation::node_face : options.formulation;
   pair.law = law_of(options);
   pair.damping = options.damping;
   pair.adjust = options.adjust;
-  pair.memory.adjust = pair.back.adjust = options.adjust.value_or(0);
   const bool whole = pair.formulation == Formulation::mortar && pair.law.law != ContactLaw::tied;
-  const ContactSurface& first = sides.surface(entry.first, whole, contact_of_instance);
-  pair.name = first.name + " - ";
+  const auto first = sides.surface(entry.first, whole, contact_of_instance);
   if (entry.wall) {
-    pair.name += entry.wall->name;
-    pair.wall.emplace(*entry.wall);
-    pair.slave = first;
-    pair.master.name = entry.wall->name, pair.master.body = first.body, pair.master.size = first.size;
+    ContactSurface of_wall;
+    of_wall.name = entry.wall->name, of_wall.body = first->body, of_wall.size = first->size;
+    pair.name = first->name + " - " + entry.wall->name;
+    pair.wall = shared.wall(*entry.wall);
+    pair.slave = first, pair.master = std::make_shared<const ContactSurface>(std::move(of_wall));
     return pair;
   }
-  const ContactSurface& second = sides.surface(entry.second, whole, contact_of_instance);
-  pair.name += second.name;
-  pair.slave_is_first = !(second.size < first.size * (1 - 1e-6));
+  const auto second = sides.surface(entry.second, whole, contact_of_instance);
+  pair.name = first->name + " - " + second->name;
+  pair.slave_is_first = !(second->size < first->size * (1 - 1e-6));
   pair.slave = pair.slave_is_first ? first : second;
   pair.master = pair.slave_is_first ? second : first;
   return pair;
@@ -265,17 +286,17 @@ ContactPair pair_of(const Entry& entry, const std::map<Index, Index>& contact_of
 
 // Whether the body starts deeper in the wall than a face of its surface: on the wrong side, which no contact can mend.
 bool starts_in_wall(const ContactPair& pair, const Simulation& sim, double& depth) {
-  const ContactNodes& contact = sim.contact_nodes[pair.slave.body];
+  const ContactNodes& contact = sim.contact_nodes[pair.slave->body];
   const Points& x = sim.bodies[contact.body]->reference_positions();
   depth = 0;
-  for (const Index node : pair.slave.nodes) depth = std::max(depth, -pair.wall->distance(x.row(contact.nodes[node]).transpose()));
-  return depth > pair.slave.sizes.maxCoeff();
+  for (const Index node : pair.slave->nodes) depth = std::max(depth, -pair.wall->distance(x.row(contact.nodes[node]).transpose()));
+  return depth > pair.slave->sizes.maxCoeff();
 }
 
 void refuse_in_wall(const ContactPair& pair, double depth) {
   std::ostringstream message;
-  message << pair.source.text() << ": contact " << pair.name << ": the surface starts " << depth
-          << " deep in the wall, more than a face (" << pair.slave.sizes.maxCoeff()
+  message << pair.source->text() << ": contact " << pair.name << ": the surface starts " << depth
+          << " deep in the wall, more than a face (" << pair.slave->sizes.maxCoeff()
           << "): is the wall's normal, or inside, the wrong way round?";
   throw InputError(message.str());
 }
@@ -286,7 +307,7 @@ void warn_nodal(const ContactOptions& options, const BuiltScene& built, const Co
   text << options.source.text() << ": contact " << pair.name
        << ": enforcement: nodal weighs each contact node by the row sum of its body's mass, which is not what the node weighs "
           "against an impulse; the contact surfaces stand for";
-  for (const ContactSurface* surface : {&pair.slave, &pair.master}) {
+  for (const ContactSurface* surface : {pair.slave.get(), pair.master.get()}) {
     if (surface->nodes.empty()) continue;  // a wall
     const ContactNodes& contact = built.simulation.contact_nodes[surface->body];
     const Body& body = *built.simulation.bodies[contact.body];
@@ -294,7 +315,7 @@ void warn_nodal(const ContactOptions& options, const BuiltScene& built, const Co
     double sum = 0;  // mean over the three directions
     for (const Index node : surface->nodes) sum += masses.row(node).mean();
     const double total = built.instances[contact.body].mass;
-    text << (surface == &pair.slave ? " " : " and ") << sum / total << " of the mass of '" << body.name() << "'";
+    text << (surface == pair.slave.get() ? " " : " and ") << sum / total << " of the mass of '" << body.name() << "'";
   }
   text << " (1: a perfectly plastic impact of whole bodies): use enforcement: impulse for a right answer";
   report.warning(text.str());
@@ -302,10 +323,10 @@ void warn_nodal(const ContactOptions& options, const BuiltScene& built, const Co
 
 }  // namespace
 
-std::vector<ContactKind> add_contact(const Scene& scene, BuiltScene& built, Report& report) {
+std::vector<ContactKind> add_contact(const SceneIndex& index, BuiltScene& built, Report& report) {
   Simulation& sim = built.simulation;
   std::vector<ContactKind> in_contact(sim.bodies.size(), ContactKind::none);
-  const std::vector<Entry> entries = entries_of(scene, built, report);
+  const std::vector<Entry> entries = entries_of(index, built, report);
   Sides sides(built);
   for (const Entry& entry : entries) {
     const ContactOptions& options = *entry.options;
@@ -317,14 +338,16 @@ std::vector<ContactKind> add_contact(const Scene& scene, BuiltScene& built, Repo
     for (const Index i : {entry.first.instance, entry.wall ? entry.first.instance : entry.second.instance})
       in_contact[i] = std::max(in_contact[i], its);
   }
-  const auto contact_of_instance = add_contact_nodes(entries, sides, sim);
-  const auto& fields = scene.output.fields;
+  const SidesOfInstances names = sides_of_instances(entries);
+  const ContactNumbers contact_of_instance = add_contact_nodes(names, sides, sim);
+  const auto& fields = index.scene().output.fields;
   if (std::find(fields.begin(), fields.end(), "contact_pressure") != fields.end())
-    fill_areas(entries, contact_of_instance, sides, sim);
+    fill_areas(names, contact_of_instance, sides, sim);
   sim.pairs.reserve(entries.size());
+  SharedByPairs shared;
   const ContactOptions* warned = nullptr;  // once for all pairs of an entry
   for (const Entry& entry : entries) {
-    ContactPair pair = pair_of(entry, contact_of_instance, sides);
+    ContactPair pair = pair_of(entry, contact_of_instance, shared, sides);
     double depth = 0;
     if (pair.wall && starts_in_wall(pair, sim, depth)) {
       if (!pair.of_all) refuse_in_wall(pair, depth);

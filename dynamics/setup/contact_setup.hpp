@@ -10,6 +10,6 @@ namespace cbr {
 
 // Fills contact_nodes and pairs. The finer surface (smaller mean face) gives the slave nodes; of equal ones the first named.
 // Returns per instance how it is in a pair. Warns of `nodal` enforcement with the weights that it uses.
-std::vector<ContactKind> add_contact(const Scene& scene, BuiltScene& built, Report& report);
+std::vector<ContactKind> add_contact(const SceneIndex& index, BuiltScene& built, Report& report);
 
 }  // namespace cbr

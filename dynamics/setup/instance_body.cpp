@@ -20,14 +20,12 @@ Scheme scheme_of(const TimeOptions& time) {
 }
 
 // The held directions of an instance in component axes; several conditions on one node are joined.
-std::vector<HeldDirection> held_directions(const Scene& scene, const Instance& instance, const Geometry& geometry) {
+std::vector<HeldDirection> held_directions(const SceneIndex& index, const Instance& instance, const Geometry& geometry) {
   std::map<std::pair<Index, int>, bool> held;
-  for (const BoundaryCondition& condition : scene.boundary) {
-    if (condition.instance != instance.name) continue;
-    for (const Index node : find_nodes(geometry, instance.name, condition.nodes, condition.source))
+  for (const BoundaryCondition* condition : index.boundary(instance))
+    for (const Index node : find_nodes(geometry, instance.name, condition->nodes, condition->source))
       for (int c = 0; c < 3; ++c)
-        if (condition.fix[c]) held[{node, c}] = true;
-  }
+        if (condition->fix[c]) held[{node, c}] = true;
   const Matrix3 T = instance.transformation();
   std::vector<HeldDirection> list;
   // u_scene = T u, so e_c . u_scene = (T^T e_c) . u
@@ -69,7 +67,7 @@ BodyMaker::Shelled& BodyMaker::shelled(const Instance& instance, const Component
 InstanceBody BodyMaker::make_coupled(const Instance& instance, const Geometry& geometry, Shelled& shelled) {
   // Meshes under `exact` move by central differences.
   const Scheme scheme = scene_.time->integrator == Integrator::newmark ? Scheme::newmark : Scheme::central_difference;
-  std::vector<HeldDirection> held = held_directions(scene_, instance, geometry);
+  std::vector<HeldDirection> held = held_directions(index_, instance, geometry);
   std::shared_ptr<CoupledSystem> system = held.empty() ? shelled.system : nullptr;
   if (!system) {
     const bool free = held.empty();
@@ -81,7 +79,7 @@ InstanceBody BodyMaker::make_coupled(const Instance& instance, const Geometry& g
 }
 
 InstanceBody BodyMaker::make_scaled_from_matrices(const Instance& instance, const ReducedComponent& component) {
-  std::vector<HeldDirection> held = held_directions(scene_, instance, *component.geometry);
+  std::vector<HeldDirection> held = held_directions(index_, instance, *component.geometry);
   std::shared_ptr<ScaledModel> of_instance;
   std::shared_ptr<ScaledModel>& model = held.empty() ? scaled_[component.superelement.get()] : of_instance;
   if (!model) model = scaled_model(component.superelement, std::move(held), where(instance));
@@ -89,7 +87,7 @@ InstanceBody BodyMaker::make_scaled_from_matrices(const Instance& instance, cons
 }
 
 std::shared_ptr<const DiagonalForm> BodyMaker::held_form(const Instance& instance, const ReducedComponent& component) {
-  std::vector<HeldDirection> held = held_directions(scene_, instance, *component.geometry);
+  std::vector<HeldDirection> held = held_directions(index_, instance, *component.geometry);
   auto& forms = held_forms_[component.superelement.get()];
   for (const auto& [known, form] : forms)
     if (known == held) return form;
@@ -99,10 +97,10 @@ std::shared_ptr<const DiagonalForm> BodyMaker::held_form(const Instance& instanc
 }
 
 InstanceBody BodyMaker::make_modal(const Instance& instance, const ReducedComponent& component) {
-  if (scales_from_matrices(scene_, instance, component, component.form != nullptr))
+  if (scales_from_matrices(index_, instance, component, component.form != nullptr))
     return make_scaled_from_matrices(instance, component);
-  const std::shared_ptr<const DiagonalForm> form = is_held(scene_, instance) ? held_form(instance, component) : component.form;
-  if (scene_.time->mass_scaling && may_touch(scene_, instance)) {
+  const std::shared_ptr<const DiagonalForm> form = index_.is_held(instance) ? held_form(instance, component) : component.form;
+  if (scene_.time->mass_scaling && index_.may_touch(instance)) {
     std::shared_ptr<ScaledModel>& model = scaled_[form.get()];
     if (!model) model = scaled_model(component.superelement, form);
     return {std::make_unique<ScaledBody>(instance.name, model, placement_of(instance)), component.rigid_body.mass};
@@ -119,8 +117,8 @@ InstanceBody BodyMaker::make_modal_with_shells(const Instance& instance, const R
     return std::make_shared<DiagonalForm>(diagonal_form(*with.model, held, where(instance)));
   };
   std::shared_ptr<const DiagonalForm> form;
-  if (is_held(scene_, instance)) {
-    form = form_of(held_directions(scene_, instance, *component.geometry));
+  if (index_.is_held(instance)) {
+    form = form_of(held_directions(index_, instance, *component.geometry));
   } else {
     if (!with.form) with.form = form_of({});
     form = with.form;
@@ -131,7 +129,7 @@ InstanceBody BodyMaker::make_modal_with_shells(const Instance& instance, const R
 
 InstanceBody BodyMaker::make(const Instance& instance, const ReducedComponent& component) {
   const bool stored = component.form != nullptr;
-  if (coordinates_of_reduced(scene_, instance, component, stored) == Coordinates::coupled)
+  if (coordinates_of_reduced(index_, instance, component, stored) == Coordinates::coupled)
     return make_coupled(instance, *component.geometry, shelled(instance, component));
   return has_shells(scene_, instance, *component.geometry) ? make_modal_with_shells(instance, component)
                                                            : make_modal(instance, component);
@@ -141,7 +139,7 @@ InstanceBody BodyMaker::make(const Instance& instance, const MeshedComponent& co
   if (coordinates_of_mesh(scene_, instance, *component.geometry) == Coordinates::coupled)
     return make_coupled(instance, *component.geometry, shelled(instance, component));
   return {std::make_unique<MeshBody>(instance.name, component.model, placement_of(instance),
-                                     held_directions(scene_, instance, *component.geometry), threads_),
+                                     held_directions(index_, instance, *component.geometry), threads_),
           component.model->rigid_body.mass};
 }
 

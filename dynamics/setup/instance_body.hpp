@@ -21,7 +21,8 @@ struct InstanceBody {
 
 class BodyMaker {
  public:
-  BodyMaker(const Scene& scene, std::shared_ptr<RowThreads> threads) : scene_(scene), threads_(std::move(threads)) {}
+  BodyMaker(const SceneIndex& index, std::shared_ptr<RowThreads> threads)
+      : index_(index), scene_(index.scene()), threads_(std::move(threads)) {}
 
   // InputError: boundary conditions on nodes that are not there; shells that cannot be. RunError: a mass that is not positive
   // definite.
@@ -44,6 +45,7 @@ class BodyMaker {
   InstanceBody make_modal(const Instance& instance, const ReducedComponent& component);
   InstanceBody make_modal_with_shells(const Instance& instance, const ReducedComponent& component);
 
+  const SceneIndex& index_;
   const Scene& scene_;
   std::shared_ptr<RowThreads> threads_;
   std::map<const Superelement*, std::vector<std::pair<std::vector<HeldDirection>, std::shared_ptr<const DiagonalForm>>>>

@@ -103,25 +103,25 @@ class Solids {
 
 // A point that belongs to the slave just inside its node, on no boundary that both share.
 Vector3 beneath(const ContactPair& pair, const Points& points, const Vector3& centre, Index slot) {
-  const auto at = std::lower_bound(pair.slave.nodes.begin(), pair.slave.nodes.end(), slot) - pair.slave.nodes.begin();
-  const Vector3 x = points.row(slot), outward = pair.slave.area_vectors.row(at).transpose();
-  return x + 1e-3 * (centre - x) - 1e-3 * pair.slave.size * outward.normalized();
+  const auto at = std::lower_bound(pair.slave->nodes.begin(), pair.slave->nodes.end(), slot) - pair.slave->nodes.begin();
+  const Vector3 x = points.row(slot), outward = pair.slave->area_vectors.row(at).transpose();
+  return x + 1e-3 * (centre - x) - 1e-3 * pair.slave->size * outward.normalized();
 }
 
 // Nodes of the pair straight behind a face of the master, the deepest first. Of large surfaces every k-th node is looked at.
 std::vector<Found> behind_faces(const ContactPair& pair, const Simulation& sim, const std::vector<Box>& boxes) {
-  const ContactNodes &slave = sim.contact_nodes[pair.slave.body], &master = sim.contact_nodes[pair.master.body];
+  const ContactNodes &slave = sim.contact_nodes[pair.slave->body], &master = sim.contact_nodes[pair.master->body];
   const Points& x = sim.bodies[slave.body]->reference_positions();
   std::vector<Index> inside;
-  for (const Index slot : pair.slave.nodes)
+  for (const Index slot : pair.slave->nodes)
     if (is_within(boxes[master.body], x.row(slave.nodes[slot]).transpose())) inside.push_back(slot);
   std::vector<Found> list;
   if (inside.empty()) return list;
   const Points points = sim.bodies[master.body]->reference_positions()(master.nodes, Eigen::all);
-  const double all = static_cast<double>(inside.size()) * static_cast<double>(pair.master.faces.rows());
+  const double all = static_cast<double>(inside.size()) * static_cast<double>(pair.master->faces.rows());
   const auto stride = static_cast<std::size_t>(std::max(1.0, std::ceil(all / most_comparisons)));
   for (std::size_t i = 0; i < inside.size(); i += stride) {
-    Found found = depth_of(x.row(slave.nodes[inside[i]]).transpose(), pair.master, points);
+    Found found = depth_of(x.row(slave.nodes[inside[i]]).transpose(), *pair.master, points);
     found.slot = inside[i];
     if (found.depth > 0) list.push_back(found);
   }
@@ -133,12 +133,12 @@ std::vector<Found> behind_faces(const ContactPair& pair, const Simulation& sim, 
 const Found* deepest_inside(const std::vector<Found>& list, const ContactPair& pair, const BuiltScene& built, Solids& solids) {
   if (list.empty()) return nullptr;
   const Simulation& sim = built.simulation;
-  const ContactNodes& slave = sim.contact_nodes[pair.slave.body];
-  const BuiltScene::OfInstance& master = built.instances[sim.contact_nodes[pair.master.body].body];
+  const ContactNodes& slave = sim.contact_nodes[pair.slave->body];
+  const BuiltScene::OfInstance& master = built.instances[sim.contact_nodes[pair.master->body].body];
   const Solid* solid = solids.of(master);
   if (solid == nullptr) return &list.front();
   const Points x = sim.bodies[slave.body]->reference_positions()(slave.nodes, Eigen::all);
-  const Vector3 centre = x(pair.slave.nodes, Eigen::all).colwise().mean().transpose();
+  const Vector3 centre = x(pair.slave->nodes, Eigen::all).colwise().mean().transpose();
   const double all = static_cast<double>(list.size()) * static_cast<double>(solid->n_triangles());
   const auto stride = static_cast<std::size_t>(std::max(1.0, std::ceil(all / most_angles)));
   for (std::size_t i = 0; i < list.size(); i += stride) {
@@ -149,13 +149,13 @@ const Found* deepest_inside(const std::vector<Found>& list, const ContactPair& p
 }
 
 void warn(const ContactPair& pair, const Found& found, const BuiltScene& built, Report& report) {
-  const ContactNodes& slave = built.simulation.contact_nodes[pair.slave.body];
+  const ContactNodes& slave = built.simulation.contact_nodes[pair.slave->body];
   const Geometry& geometry = *built.instances[slave.body].geometry;
   std::ostringstream text;
   text.precision(3);
-  text << pair.source.text() << ": contact " << pair.name << ": node id "
-       << geometry.node_ids[static_cast<std::size_t>(slave.nodes[found.slot])] << " of " << pair.slave.name << " starts "
-       << found.depth << " behind the faces of " << pair.master.name << ", more than a face (" << found.size
+  text << pair.source->text() << ": contact " << pair.name << ": node id "
+       << geometry.node_ids[static_cast<std::size_t>(slave.nodes[found.slot])] << " of " << pair.slave->name << " starts "
+       << found.depth << " behind the faces of " << pair.master->name << ", more than a face (" << found.size
        << "): contact takes it for one on the other side and will not push it out; look at the positions of the instances";
   report.warning(text.str());
 }
@@ -169,7 +169,7 @@ void look_for_overlaps(const Scene& scene, BuiltScene& built, Report& report) {
   for (const auto& body : sim.bodies) boxes.push_back(extents(*body));
   for (ContactPair& pair : sim.pairs) {
     if (pair.wall || pair.law.law == ContactLaw::tied) continue;
-    const Index a = sim.contact_nodes[pair.slave.body].body, b = sim.contact_nodes[pair.master.body].body;
+    const Index a = sim.contact_nodes[pair.slave->body].body, b = sim.contact_nodes[pair.master->body].body;
     if (a == b || !boxes[a].meets(boxes[b])) continue;
     std::vector<Found> deep = behind_faces(pair, sim, boxes);
     const auto rest = std::stable_partition(deep.begin(), deep.end(), [](const Found& found) { return found.depth > found.size; });
@@ -178,7 +178,7 @@ void look_for_overlaps(const Scene& scene, BuiltScene& built, Report& report) {
     if (const Found* found = deepest_inside(deep, pair, built, solids)) {
       warn(pair, *found, built, report);
     } else if (shallow.depth > least_depth * shallow.size && sim.bodies[a]->at_rest() && sim.bodies[b]->at_rest()) {
-      pair.memory.initial_overlap = std::max(pair.memory.initial_overlap, shallow.depth);
+      pair.state().memory.initial_overlap = std::max(pair.seen().memory.initial_overlap, shallow.depth);
     }
   }
 }

@@ -83,7 +83,7 @@ class Stepper {
 
   Measured run() {
     Measured result;
-    result.nodes = static_cast<Index>(pair_.slave.nodes.size());
+    result.nodes = static_cast<Index>(pair_.slave->nodes.size());
     const Index steps = sim_.plan.n_steps();
     std::vector<Phases> timed;
     for (Index step = 0; step < steps; ++step) {
@@ -131,11 +131,11 @@ class Stepper {
 
   void detect(bool initial) {
     list_ = ContactList();
-    const auto &a = state_.bodies[pair_.slave.body], &b = state_.bodies[pair_.master.body];
+    const auto &a = state_.bodies[pair_.slave->body], &b = state_.bodies[pair_.master->body];
     if (pair_.formulation == cbr::Formulation::mortar) {
-      cbr::detect_mortar(pair_.slave, a, pair_.master, b, initial, sim_.detection, pair_.memory, list_);
+      cbr::detect_mortar(*pair_.slave, a, *pair_.master, b, initial, sim_.detection, pair_.state().memory, list_);
     } else {
-      cbr::detect(pair_.slave, a, pair_.master, b, initial, sim_.detection, pair_.memory, list_);
+      cbr::detect(*pair_.slave, a, *pair_.master, b, initial, sim_.detection, pair_.state().memory, list_);
     }
   }
 
@@ -150,9 +150,9 @@ class Stepper {
       body.response_h = h;
     }
     Points guess = Points::Zero(n, 3);
-    for (Index i = 0; pair_.memory.impulse.rows() > 0 && i < n; ++i) {
+    for (Index i = 0; pair_.state().memory.impulse.rows() > 0 && i < n; ++i) {
       const auto& point = list_.points[static_cast<std::size_t>(i)];
-      guess.row(i) = pair_.memory.impulse.row(point.slot) * point.frame.transpose();
+      guess.row(i) = pair_.state().memory.impulse.row(point.slot) * point.frame.transpose();
     }
     solution_ = cbr::enforce_impulse(list_, laws_, guess, h, state_.bodies, memory_);
     for (std::size_t b = 0; b < state_.bodies.size(); ++b) {
@@ -160,7 +160,7 @@ class Stepper {
       sim_.bodies[sim_.contact_nodes[b].body]->add_impulses(sim_.contact_nodes[b].set, body.impulses);
       body.end += body.move;
     }
-    cbr::remember(list_, 0, list_.points.size(), solution_.gap, solution_.p, 1e-6 * pair_.master.size, pair_.memory);
+    cbr::remember(list_, 0, list_.points.size(), solution_.gap, solution_.p, 1e-6 * pair_.master->size, pair_.state().memory);
   }
 
   // One triangle of each block, of one that is shared once.

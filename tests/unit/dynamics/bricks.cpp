@@ -90,7 +90,7 @@ Simulation two_bodies(const Part& a, const Part& b, Enforcement enforcement, dou
     contact.body = i;
     contact.nodes = surface_nodes(face);
     contact.set = sim.bodies[i]->track(contact.nodes);
-    ContactSurface& surface = i == 0 ? sim.pairs[0].slave : sim.pairs[0].master;
+    ContactSurface surface;
     surface.name = i == 0 ? "a" : "b";
     surface.body = i;
     surface.faces = linear_faces(face).faces;
@@ -109,6 +109,7 @@ Simulation two_bodies(const Part& a, const Part& b, Enforcement enforcement, dou
     monitor.contact_slots = surface.nodes;
     sim.monitors.push_back(monitor);
     sim.contact_nodes.push_back(contact);
+    (i == 0 ? sim.pairs[0].slave : sim.pairs[0].master) = std::make_shared<const ContactSurface>(std::move(surface));
     h = std::min(h, share * critical_step(*sim.bodies[i], true));
   }
   sim.plan = fit_steps(h, every, end);

@@ -252,7 +252,7 @@ TEST(Impact, InitialOverlapBringsNoEnergy) {
   Simulation sim = two_bodies(s.a, s.b, Enforcement::impulse, 0.3, 0.02);
   const RunResult result = run(sim);
   EXPECT_LT(result.total.back(), 1e-20);
-  EXPECT_NEAR(sim.pairs[0].memory.initial_overlap, 0.02, 1e-10);
+  EXPECT_NEAR(sim.pairs[0].seen().memory.initial_overlap, 0.02, 1e-10);
   // Pressed together, they stay where they overlap, and the energy does not grow.
   s.a.placement.velocity = Vector3(0.01, 0, 0);
   Simulation pressed = two_bodies(s.a, s.b, Enforcement::impulse, 0.3, 0.02);

@@ -65,6 +65,8 @@ TEST(Skipping, BodiesThatStandAsideAreNotStepped) {
   Index written = 0;
   for (const auto& pair : many.result.pairs) written += !pair.active.empty();
   EXPECT_EQ(written, 1);
+  for (const ContactPair& pair : many.built.simulation.pairs)
+    EXPECT_EQ(pair.has_state(), pair.name == "a.all - b.all") << pair.name;
 }
 
 TEST(Skipping, BodiesThatFlyAsideAreAdvancedAtOutputs) {

@@ -64,8 +64,8 @@ class Scalable final : public Body {
   void accept() override { body_->accept(); }
   NodeResponse response(Index set, double h) const override { return body_->response(set, h); }
   Points nodal_masses(Index set) const override { return body_->nodal_masses(set); }
-  void add_force(const Points& f, const History& history) override { body_->add_force(f, history); }
-  void add_gravity(const Vector3& a, const History& history) override { body_->add_gravity(a, history); }
+  void add_force(const Points& f, const LoadHistory& history) override { body_->add_force(f, history); }
+  void add_gravity(const Vector3& a, const LoadHistory& history) override { body_->add_gravity(a, history); }
   BodyState state() const override { return body_->state(); }
   BodyWork work() const override { return body_->work(); }
   void displacements(Points& u, Points& v) const override { body_->displacements(u, v); }

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What a scene says of each instance, by name: it may have thousands of instances, and hundreds of thousands of lines that name
+// one.
+#pragma once
+
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "common/scene.hpp"
+
+namespace cbr {
+
+class SceneIndex {
+ public:
+  // The scene must outlive it.
+  explicit SceneIndex(const Scene& scene);
+
+  const Scene& scene() const { return scene_; }
+  // Place in scene.instances; precondition: there is one (read_scene has seen to it).
+  Index place(const std::string& instance) const { return places_.at(instance); }
+  // Those of the instance, in the scene's order.
+  const std::vector<const BoundaryCondition*>& boundary(const Instance& instance) const { return of(instance).boundary; }
+  bool is_held(const Instance& instance) const { return !of(instance).boundary.empty(); }
+  // Whether a contact names the instance, and one that needs nodal masses.
+  bool may_touch(const Instance& instance) const { return all_touch_ || of(instance).touches; }
+  bool is_nodal(const Instance& instance) const { return all_nodal_ || of(instance).nodal; }
+
+ private:
+  struct Of {
+    std::vector<const BoundaryCondition*> boundary;
+    bool touches = false, nodal = false;
+  };
+  const Of& of(const Instance& instance) const { return of_[static_cast<std::size_t>(place(instance.name))]; }
+
+  const Scene& scene_;
+  std::unordered_map<std::string, Index> places_;
+  std::vector<Of> of_;  // per instance
+  bool all_touch_ = false, all_nodal_ = false;
+};
+
+}  // namespace cbr
