@@ -6,7 +6,7 @@ PRESET ?= release
 PYTHON ?= /usr/bin/python3
 export PYTHON
 
-.PHONY: help packages configure programs build test demo paper fig3 fig5 fig6 fig8 fig9 fig10 fig11 fig12 eqs eq18 dissimilar hertz small-features stress stress-table seeds fuzz sanitize bench bench-docs bench-contact install check clean
+.PHONY: help packages configure programs build test demo paper fig3 fig5 fig6 fig8 fig9 fig10 fig11 fig12 eqs eq18 dissimilar hertz small-features stress stress-table load seeds fuzz sanitize bench bench-docs bench-contact install check clean
 .DEFAULT_GOAL := help
 
 help:
@@ -16,8 +16,9 @@ help:
 	@echo "make dissimilar  the paper's second example, sphere and brick against a dense block: runs, plots, table (5 minutes)"
 	@echo "make hertz       steel balls on each other and on a plane against Hertz: runs, plots, table (5 minutes)"
 	@echo "make small-features  a bracket with fillets and holes hits a wall, full meshes against superelements: runs, plots, table (3 minutes)"
-	@echo "make stress    the stress table into docs/stability.md (four minutes), then the next two: seeds, fuzz"
+	@echo "make stress    the stress table into docs/stability.md (four minutes), then load, seeds, fuzz"
 	@echo "make stress-table  the table alone"
+	@echo "make load      1000 instances, 200 000 contact nodes, 10 million outputs, scenes of 100 MB: how time and memory grow, into docs/stability.md (half an hour, 8 GB)"
 	@echo "make seeds     random scenes against what must not change them and dense arithmetic: SEEDS=FIRST:COUNT (1000:1000; 10 minutes)"
 	@echo "make fuzz      fuzzers of all readers, each for MINUTES=1; TARGETS=\"scene gmsh exodus superelement edits program checkpoint\"; needs clang"
 	@echo "make sanitize  all tests under the address and undefined-behaviour sanitizers, in build-debug (an hour)"
@@ -70,9 +71,12 @@ small-features: programs
 	$(MAKE) -C tests/cases/small-features all check BIN=$(abspath $(BUILD))/bin
 
 # docs/stability.md, made by the run
-stress: stress-table seeds fuzz
+stress: stress-table load seeds fuzz
 stress-table: programs
 	$(MAKE) -C tests/stability table BIN=$(abspath $(BUILD))/bin JOBS=$(JOBS)
+
+load: programs
+	$(MAKE) -C tests/stability load BIN=$(abspath $(BUILD))/bin ONLY="$(ONLY)"
 
 # CONTRIBUTING.md, "Random scenes and fuzzers"
 SEEDS ?= 1000:1000

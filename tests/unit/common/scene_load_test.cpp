@@ -42,7 +42,7 @@ TEST(SceneLoad, manyEntriesOfContactAreReadAndOneThatIsTwiceIsTold) {
       refusal(folder, scene + "  - {between: [b7.s, b3.s]}\n").find("impact.yaml:" + std::to_string(line) + ": contact[15000]: "),
       0u);
   EXPECT_NE(refusal(folder, scene + "  - {between: [b7.s, b3.s]}\n").find("[b7.s, b3.s] is there twice (line "), std::string::npos);
-  EXPECT_NE(refusal(folder, scene + "  - {between: [b7.s, b1500.s]}\n").find("unknown instance 'b3000'"), std::string::npos);
+  EXPECT_NE(refusal(folder, scene + "  - {between: [b7.s, b1500.s]}\n").find("unknown instance 'b1500'"), std::string::npos);
 }
 
 TEST(SceneLoad, aNumberThatIsNoneIsNamedByItsPlaceInALongTable) {
