@@ -58,6 +58,7 @@ std::string reduction_text(const ReductionOptions& reduction) {
   std::sort(sets.begin(), sets.end());
   sets.erase(std::unique(sets.begin(), sets.end()), sets.end());
   std::string text = "basis " + reduction.basis + "\n";
+  if (reduction.is_massless()) text += "massless_modes " + reduction.massless_modes + "\n";
   for (const auto& set : sets) text += "interface " + counted(set) + "\n";
   if (reduction.modes) text += "modes " + std::to_string(*reduction.modes) + "\n";
   if (reduction.cutoff_hz) text += "cutoff_hz " + number_text(*reduction.cutoff_hz) + "\n";

@@ -29,6 +29,8 @@ struct ReductionOptions {
   std::optional<Index> modes;               // exactly one of modes, cutoff_hz
   std::optional<double> cutoff_hz;
   std::string pick = "frequency";  // frequency | participation
+  // With basis massless: free (MacNeal) | fixed (modified Craig-Bampton), the interface's part in the modes that are kept.
+  std::string massless_modes = "free";
   Index domains = 1;               // parts that are reduced each by itself and share nodes (METIS)
   // Of the domains, put together: reduced again to the component's interface, and so to one superelement. At most one of the two.
   std::optional<Index> second_modes;
@@ -36,6 +38,7 @@ struct ReductionOptions {
   bool recovery = false;
   bool is_decomposed() const { return domains > 1; }
   bool has_second_reduction() const { return second_modes || second_cutoff_hz; }
+  bool is_massless() const { return basis == "massless"; }
   std::filesystem::path superelement;  // absolute
   SourceLine source;
 };
@@ -197,6 +200,8 @@ std::vector<BlockProperties> block_properties(const Scene& scene, const Componen
 
 // InputError "WHERE: ..." for a basis that is unknown, or that this version does not have yet.
 void check_basis(const std::string& basis, const std::string& where);
+// InputError "WHERE: ..." for options that basis massless cannot be had with.
+void check_massless(const ReductionOptions& reduction, const std::string& where);
 
 // XXH3 (128 bit, hex) of a file's bytes. InputError when it cannot be read.
 std::string file_hash(const std::filesystem::path& file);

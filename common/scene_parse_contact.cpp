@@ -189,8 +189,31 @@ void parse_contact(const SceneNode& node, const SceneNames& names, Scene& scene)
   });
 }
 
+namespace {
+
+// What an interface without mass cannot do.
+void refuse_massless(const Scene& scene, const Instance& instance) {
+  const std::string its = "instance '" + instance.name + "' (basis: massless) ", cure = ", or reduce it with basis: craig-bampton";
+  if (scene.time->integrator == Integrator::newmark)
+    throw InputError(scene.time->source.text() + ": time: " + its +
+                     "does not go with integrator: newmark: use exact or central-difference" + cure);
+  for (const ContactOptions& contact : scene.contact) {
+    const bool is_named = contact.all || contact.first.instance == instance.name || contact.second.instance == instance.name;
+    if (!is_named || contact.enforcement == Enforcement::impulse) continue;
+    throw InputError(contact.source.text() + ": contact: " + its + "has no mass where it touches, which 'enforcement: " +
+                     word_of(enforcement_words, contact.enforcement) + "' needs: use 'enforcement: impulse'" + cure);
+  }
+}
+
+}  // namespace
+
 void check_contact_with_time(const Scene& scene) {
   if (!scene.time) return;
+  for (const Instance& instance : scene.instances) {
+    const auto component = scene.components.find(instance.component);
+    const bool is_reduced = instance.as == InstanceKind::superelement && component != scene.components.end();
+    if (is_reduced && component->second.reduction && component->second.reduction->is_massless()) refuse_massless(scene, instance);
+  }
   for (const ContactOptions& contact : scene.contact) {
     if (contact.enforcement == Enforcement::impulse) continue;
     if (scene.time->mass_scaling)

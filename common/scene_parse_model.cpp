@@ -47,13 +47,17 @@ void parse_second_reduction(const SceneNode& node, ReductionOptions& reduction) 
 }
 
 ReductionOptions parse_reduction(const SceneNode& node, const std::filesystem::path& folder, const std::string& component) {
-  const SceneMap map =
-      node.map({"basis", "interface", "modes", "cutoff_hz", "pick", "domains", "second_reduction", "recovery", "superelement"});
+  const SceneMap map = node.map({"basis", "massless_modes", "interface", "modes", "cutoff_hz", "pick", "domains",
+                                 "second_reduction", "recovery", "superelement"});
   ReductionOptions reduction;
   reduction.source = node.source();
   if (const auto* basis = map.find("basis")) {
     reduction.basis = basis->text();
     check_basis(reduction.basis, basis->source().text() + ": " + basis->path());
+  }
+  if (const auto* modes = map.find("massless_modes")) {
+    reduction.massless_modes = modes->one_of<std::string>({{"free", "free"}, {"fixed", "fixed"}});
+    if (!reduction.is_massless()) modes->fail("goes with basis: massless");
   }
   reduction.interface_sets = map.at("interface").names();
   const std::string selection = map.exactly_one({"modes", "cutoff_hz"});
@@ -65,6 +69,7 @@ ReductionOptions parse_reduction(const SceneNode& node, const std::filesystem::p
   if (const auto* domains = map.find("domains")) reduction.domains = domains->index(1);
   if (const auto* second = map.find("second_reduction")) parse_second_reduction(*second, reduction);
   if (const auto* recovery = map.find("recovery")) reduction.recovery = recovery->boolean();
+  check_massless(reduction, node.source().text() + ": " + node.path());
   const auto* file = map.find("superelement");
   reduction.superelement = file != nullptr ? resolve_path(*file, folder) : folder / (component + ".cbr.h5");
   return reduction;
@@ -130,11 +135,23 @@ void require_plain_name(const SceneNode& node, const std::string& kind, const st
 }
 
 void check_basis(const std::string& basis, const std::string& where) {
-  if (basis == "craig-bampton") return;
-  if (basis == "characteristic" || basis == "massless") {
-    throw InputError(where + ": basis '" + basis + "' is not available in this version, use craig-bampton");
+  if (basis == "craig-bampton" || basis == "massless") return;
+  const std::vector<std::string> allowed = {"craig-bampton", "massless"};
+  if (basis == "characteristic") {
+    throw InputError(where + ": basis '" + basis + "' is not available in this version, use " + join(allowed, " or "));
   }
-  throw InputError(where + ": unknown basis '" + basis + "'" + nearest_name(basis, {"craig-bampton"}) + " allowed: craig-bampton");
+  throw InputError(where + ": unknown basis '" + basis + "'" + nearest_name(basis, allowed) + " allowed: " + join(allowed));
+}
+
+void check_massless(const ReductionOptions& reduction, const std::string& where) {
+  if (!reduction.is_massless()) return;
+  const auto refuse = [&](const std::string& what, const std::string& cure) {
+    throw InputError(where + ": " + what + " cannot be had with basis: massless: " + cure + ", or use basis: craig-bampton");
+  };
+  if (reduction.is_decomposed()) refuse("domains above 1", "reduce the component whole");
+  if (reduction.recovery) refuse("recovery", "leave it out");
+  if (reduction.massless_modes == "free" && reduction.pick == "participation")
+    refuse("pick: participation of free modes", "take massless_modes: fixed, or pick: frequency");
 }
 
 std::filesystem::path resolve_path(const SceneNode& node, const std::filesystem::path& folder) {

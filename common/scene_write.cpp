@@ -92,6 +92,7 @@ void write_component(const Component& component, std::ostream& out) {
   const ReductionOptions& reduction = *component.reduction;
   out << "    reduction:\n";
   out << "      basis: " << word(reduction.basis) << "\n";
+  if (reduction.is_massless()) out << "      massless_modes: " << word(reduction.massless_modes) << "\n";
   out << "      interface: " << words(reduction.interface_sets) << "\n";
   if (reduction.modes) out << "      modes: " << *reduction.modes << "\n";
   if (reduction.cutoff_hz) out << "      cutoff_hz: " << number_text(*reduction.cutoff_hz) << "\n";

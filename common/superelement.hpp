@@ -23,6 +23,14 @@ struct Superelement {
   Matrix K_cc, M_cc;   // c x c, symmetric
   Matrix M_kc;         // k x c
 
+  // Basis "massless" (docs/theory.md, 2a): in place of K_cc, M_cc and M_kc, which are empty, and with eigenvalues of the free body.
+  //   u_c = V q_k + F f_c,   q_k'' + diag(eigenvalues) q_k = V^T f_c
+  struct Massless {
+    Matrix V;                 // c x k, interface rows of the modes; rigid ones first, eigenvalue 0
+    Matrix F;                 // c x c, positive definite: compliance of the interface that is not in the modes
+    double omega_closed = 0;  // rad/s, highest frequency with the interface held: limits a step
+  } massless;
+
   std::vector<Index> dof_node;     // c, index into node_ids
   std::vector<int> dof_component;  // c, 0 1 2 = x y z
 
@@ -52,11 +60,12 @@ struct Superelement {
   Index c() const { return static_cast<Index>(dof_node.size()); }
   Index n() const { return k() + c(); }
   bool has_diagonal_form() const { return omega.size() > 0; }
+  bool is_massless() const { return basis == "massless"; }
 };
 
 // What a caller does not need is not read: a run in diagonal form does not touch K_cc.
 struct SuperelementParts {
-  bool matrices = true;  // K_cc, M_cc, M_kc
+  bool matrices = true;  // K_cc, M_cc, M_kc, or those of `massless`
   bool diagonal = true;
   bool recovery = true;
 };

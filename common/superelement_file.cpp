@@ -14,7 +14,8 @@
 namespace cbr {
 namespace {
 
-constexpr const char* format_version = "1.0";
+constexpr const char* plain_version = "1.0";
+constexpr const char* massless_version = "1.1";  // a reader of 1.0 does not find its matrices there
 constexpr int format_major = 1;
 
 // The object that carries the attributes.
@@ -131,9 +132,9 @@ void read_interface(const Hdf5Reader& file, const std::string& prefix, Superelem
 
 }  // namespace
 
-void write_format(Hdf5Writer& file, const std::string& prefix, const std::string& format) {
+void write_format(Hdf5Writer& file, const std::string& prefix, const std::string& format, const std::string& format_version) {
   file.attribute(root(prefix), "format", format);
-  file.attribute(root(prefix), "format_version", std::string(format_version));
+  file.attribute(root(prefix), "format_version", format_version);
   file.attribute(root(prefix), "generator", std::string("cbr ") + version());
 }
 
@@ -209,7 +210,11 @@ Superelement read_superelement_at(const Hdf5Reader& file, const std::string& pre
   read_interface(file, prefix, s);
   check_count(file, prefix, "n_modes", s.k(), "/matrices/eigenvalues");
   check_count(file, prefix, "n_interface", s.c(), "/dofs/node");
-  if (parts.matrices) {
+  if (parts.matrices && s.is_massless()) {
+    s.massless.V = file.read_matrix(prefix + "/massless/V");
+    s.massless.F = file.read_matrix(prefix + "/massless/F");
+    s.massless.omega_closed = file.read_scalar(prefix + "/massless/omega_closed");
+  } else if (parts.matrices) {
     s.K_cc = file.read_matrix(prefix + "/matrices/K_cc");
     s.M_cc = file.read_matrix(prefix + "/matrices/M_cc");
     s.M_kc = file.read_matrix(prefix + "/matrices/M_kc");
@@ -226,15 +231,21 @@ Superelement read_superelement_at(const Hdf5Reader& file, const std::string& pre
 }
 
 void write_superelement_at(Hdf5Writer& file, const std::string& prefix, const Superelement& s) {
-  write_format(file, prefix, superelement_format);
+  write_format(file, prefix, superelement_format, s.is_massless() ? massless_version : plain_version);
   file.attribute(root(prefix), "content_hash", s.content_hash);
   file.attribute(root(prefix), "basis", s.basis);
   file.attribute(root(prefix), "n_modes", s.k());
   file.attribute(root(prefix), "n_interface", s.c());
   file.write(prefix + "/matrices/eigenvalues", s.eigenvalues);
-  file.write(prefix + "/matrices/K_cc", s.K_cc);
-  file.write(prefix + "/matrices/M_cc", s.M_cc);
-  file.write(prefix + "/matrices/M_kc", s.M_kc);
+  if (s.is_massless()) {
+    file.write(prefix + "/massless/V", s.massless.V);
+    file.write(prefix + "/massless/F", s.massless.F);
+    file.write(prefix + "/massless/omega_closed", s.massless.omega_closed);
+  } else {
+    file.write(prefix + "/matrices/K_cc", s.K_cc);
+    file.write(prefix + "/matrices/M_cc", s.M_cc);
+    file.write(prefix + "/matrices/M_kc", s.M_kc);
+  }
   file.write(prefix + "/dofs/node", s.dof_node);
   file.write(prefix + "/dofs/component", s.dof_component);
   file.write(prefix + "/nodes/id", s.node_ids);

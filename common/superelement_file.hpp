@@ -17,7 +17,8 @@ void write_superelement_at(Hdf5Writer& file, const std::string& prefix, const Su
 Superelement read_superelement_at(const Hdf5Reader& file, const std::string& prefix, const SuperelementParts& parts);
 
 // What superelements and groups of them share.
-void write_format(Hdf5Writer& file, const std::string& prefix, const std::string& format);
+void write_format(Hdf5Writer& file, const std::string& prefix, const std::string& format,
+                  const std::string& format_version = "1.0");
 void check_format(const Hdf5Reader& file, const std::string& prefix, const std::string& format);
 void write_rigid_body(Hdf5Writer& file, const std::string& prefix, const RigidBody& body);
 RigidBody read_rigid_body(const Hdf5Reader& file, const std::string& prefix);

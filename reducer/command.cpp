@@ -33,6 +33,7 @@ void refuse_mesh_options(const ReduceCommand& c) {
                                                            {!c.element.empty(), "--element"},
                                                            {!c.mass.empty(), "--mass"},
                                                            {!c.basis.empty(), "--basis"},
+                                                           {!c.massless_modes.empty(), "--massless-modes"},
                                                            {c.domains.has_value(), "--domains"},
                                                            {c.recovery, "--recovery"},
                                                            {!c.output.empty(), "--output"}};
@@ -44,8 +45,8 @@ void refuse_mesh_options(const ReduceCommand& c) {
 }
 
 void refuse_what_is_not_there_yet(const ReductionOptions& reduction) {
-  if (reduction.basis != "craig-bampton") {
-    throw InputError("basis '" + reduction.basis + "' is not available yet: use craig-bampton");
+  if (reduction.basis != "craig-bampton" && !reduction.is_massless()) {
+    throw InputError("basis '" + reduction.basis + "' is not available yet: use craig-bampton or massless");
   }
 }
 
@@ -80,7 +81,7 @@ bool is_up_to_date(const ReductionOptions& reduction, const std::string& hash, I
     const SuperelementParts light = {false, true, false};
     const Superelement s =
         group ? join(read_superelement_group(reduction.superelement, light)) : read_superelement(reduction.superelement, light);
-    return s.has_diagonal_form() == (s.n() <= diagonal_limit);
+    return s.has_diagonal_form() == (s.n() <= diagonal_limit && !s.is_massless());
   } catch (const InputError&) {
     return false;  // damaged: it is made anew
   }
@@ -103,6 +104,7 @@ std::map<std::string, std::string> provenance(const Component& component, const 
     const ElementType type = mesh.blocks[b].type;
     p[key + "element"] = type == ElementType::hex8 ? word_of(hex8_words, properties[b].hex8) : std::string(name(type));
   }
+  if (reduction.is_massless()) p["massless_modes"] = reduction.massless_modes;
   p["interface"] = join(reduction.interface_sets);
   if (reduction.modes) p["modes"] = std::to_string(*reduction.modes);
   if (reduction.cutoff_hz) p["cutoff_hz"] = number_text(*reduction.cutoff_hz);
@@ -237,6 +239,7 @@ bool for_each_component(const Scene& scene, const std::string& mesh_input, const
 void estimate_component(const ReduceCommand& command, const Scene& scene, const Component& component, std::ostream& out) {
   const ReductionOptions& reduction = *component.reduction;
   refuse_what_is_not_there_yet(reduction);
+  if (reduction.is_massless()) throw InputError("--estimate knows basis craig-bampton only");
   const Mesh mesh = read_mesh(component.mesh);
   const std::vector<Index> domain = decompose(mesh, reduction.domains).domain;
   const Estimate e =

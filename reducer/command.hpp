@@ -22,7 +22,7 @@ struct ReduceCommand {
   std::vector<std::string> interface_sets;
   std::optional<Index> modes, domains;
   std::optional<double> cutoff_hz, youngs_modulus, poissons_ratio, density;
-  std::string pick, element, mass, basis, output;
+  std::string pick, element, mass, basis, massless_modes, output;
   bool recovery = false;
   // With both.
   bool force = false;

@@ -69,7 +69,12 @@ void add_reduce_options(CLI::App& app, ReduceCommand& command) {
   mesh->add_option("--density", command.density, "mass per volume")->type_name("RHO");
   mesh->add_option("--element", command.element, "hex8-incompatible (default), hex8 or hex8-hourglass")->type_name("WORD");
   mesh->add_option("--mass", command.mass, "lumped (default) or consistent")->type_name("WORD");
-  mesh->add_option("--basis", command.basis, "craig-bampton (default, and the only one so far)")->type_name("WORD");
+  mesh->add_option("--basis", command.basis,
+                   "craig-bampton (default), or massless: modes with all the mass and an interface without any")
+      ->type_name("WORD");
+  mesh->add_option("--massless-modes", command.massless_modes,
+                   "of basis massless: free (default; MacNeal) or fixed (modified Craig-Bampton)")
+      ->type_name("WORD");
   mesh->add_option("--domains", command.domains, "parts that are reduced each by itself and share nodes (default 1)")
       ->type_name("N");
   mesh->add_flag("--recovery", command.recovery, "store what brings back the interior: Psi, Phi and the connectivity");
@@ -127,6 +132,8 @@ Scene scene_of_mesh(const ReduceCommand& command) {
     throw InputError("--modes: " + std::to_string(*command.modes) + " found, 0 or more is allowed");
   if (command.cutoff_hz) number_in("--cutoff-hz", command.cutoff_hz, 0, INFINITY, "a positive frequency in Hz");
   reduction.basis = word_in("--basis", command.basis, {"craig-bampton", "characteristic", "massless"});
+  reduction.massless_modes = word_in("--massless-modes", command.massless_modes, {"free", "fixed"});
+  if (!command.massless_modes.empty() && !reduction.is_massless()) throw InputError("--massless-modes goes with --basis massless");
   reduction.interface_sets = command.interface_sets;
   reduction.modes = command.modes;
   reduction.cutoff_hz = command.cutoff_hz;
@@ -134,6 +141,7 @@ Scene scene_of_mesh(const ReduceCommand& command) {
   reduction.domains = command.domains.value_or(1);
   if (reduction.domains < 1) throw InputError("--domains: " + std::to_string(reduction.domains) + " found, 1 or more is allowed");
   reduction.recovery = command.recovery;
+  check_massless(reduction, "command line");
   reduction.superelement = absolute(command.output.empty() ? component.name + ".cbr.h5" : command.output);
   component.reduction = reduction;
   Instance instance;

@@ -31,6 +31,7 @@ struct Reduction {
   FiniteElementModel model;
   Partition p;
   std::vector<Index> part;  // per model node
+  Points x;                 // of the model's nodes
   ReductionFigures figures;
 };
 
@@ -59,33 +60,39 @@ SparseCholesky factorise(Reduction& r) {
   return factor;
 }
 
-Index n_modes_wanted(const Reduction& r, const SparseCholesky& factor) {
+bool has_free_modes(const ReductionOptions& options) { return options.is_massless() && options.massless_modes == "free"; }
+
+void check_modes_wanted(const Reduction& r) {
   if (r.options.modes.has_value() == r.options.cutoff_hz.has_value()) {
     throw InputError(r.options.source.text() + ": exactly one of modes and cutoff_hz says how many modes are kept");
   }
   if (r.options.modes) {
     if (*r.options.modes < 0) throw InputError("modes: " + std::to_string(*r.options.modes) + " found, 0 or more allowed");
-    return *r.options.modes;
+    return;
   }
   if (!(*r.options.cutoff_hz > 0) || !(*r.options.cutoff_hz < 1e100)) {
     throw InputError("cutoff_hz: " + std::to_string(*r.options.cutoff_hz) +
                      " found, a frequency in Hz above 0 and below 1e100 is allowed");
   }
+}
+
+Index n_modes_wanted(const Reduction& r, const SparseCholesky& factor) {
+  check_modes_wanted(r);
+  if (r.options.modes) return *r.options.modes;
   const auto phase = r.report.phase("modes: count below cutoff");
   return count_modes_below(r.p, factor, *r.options.cutoff_hz);
 }
 
-void warn_of_cut_pair(const FixedInterfaceModes& modes, Report& report) {
+void warn_of_cut_pair(const Vector& lambda, double next, Report& report) {
   constexpr double alike = 1e-6;
-  const Index k = modes.lambda.size();
-  if (k == 0 || modes.next == 0 || modes.next - modes.lambda(k - 1) > alike * modes.next) return;
+  const Index k = lambda.size();
+  if (k == 0 || next == 0 || next - lambda(k - 1) > alike * next) return;
   char text[256];
   std::snprintf(
       text, sizeof text,
       "modes: the last that is kept, number %lld, and the next have the same frequency (%.6g Hz, to %.0e): which of their "
       "shapes is kept depends on round-off, and so on threads and machine: keep one more, or one fewer",
-      static_cast<long long>(k), std::sqrt(modes.next) / (2 * std::numbers::pi),
-      1 - std::sqrt(std::max(modes.lambda(k - 1), 0.0) / modes.next));
+      static_cast<long long>(k), std::sqrt(next) / (2 * std::numbers::pi), 1 - std::sqrt(std::max(lambda(k - 1), 0.0) / next));
   report.warning(text);
 }
 
@@ -113,7 +120,7 @@ FixedInterfaceModes modes_to_compute(Reduction& r, const SparseCholesky& factor)
   r.figures.condition.counts = modes.counts;
   r.figures.condition.modes = check_modes(r.p, modes.lambda, modes.Phi);
   require_independent(r.p, modes.Phi, r.figures.condition.modes);
-  if (r.options.modes && r.options.pick == "frequency") warn_of_cut_pair(modes, r.report);
+  if (r.options.modes && r.options.pick == "frequency") warn_of_cut_pair(modes.lambda, modes.next, r.report);
   return modes;
 }
 
@@ -177,6 +184,35 @@ void describe_interface(const Reduction& r, Superelement& s) {
   add_interface_sets(r.mesh, place, r.options.interface_sets, s);
 }
 
+void keep_figures(Reduction& r, const Superelement& s, MasslessFigures&& m) {
+  r.figures.highest_frequency = std::sqrt(s.eigenvalues.maxCoeff()) / (2 * std::numbers::pi);
+  r.figures.massless = std::move(m);
+}
+
+// Basis massless, of the free modes; K_cc and M_cc of a condensation without modes.
+void make_free(Reduction& r, const SparseCholesky& factor, Condensation& condensed, Superelement& s) {
+  const auto phase = r.report.phase("free modes");
+  s.K_cc = std::move(condensed.K_cc), s.M_cc = std::move(condensed.M_cc);
+  MasslessFigures m = make_massless_free({r.model.K, r.model.M, r.x, r.part}, r.p, factor,
+                                         {r.options.modes.value_or(0), r.options.cutoff_hz.value_or(0)}, s, r.report);
+  r.figures.n_candidates = s.k();
+  r.figures.mode_method = m.method, r.figures.modes_proven = m.proven;
+  r.figures.condition.counts = m.counts, r.figures.condition.modes = m.modes;
+  if (r.options.modes) warn_of_cut_pair(s.eigenvalues, m.next, r.report);
+  keep_figures(r, s, std::move(m));
+}
+
+std::vector<Index> parts_of_interface(const Reduction& r) {
+  std::vector<Index> part;
+  for (const Index node : r.p.interface_nodes) part.push_back(r.part[static_cast<std::size_t>(node)]);
+  return part;
+}
+
+void make_fixed(Reduction& r, Superelement& s) {
+  const auto phase = r.report.phase("massless form");
+  keep_figures(r, s, make_massless_fixed(parts_of_interface(r), s));
+}
+
 void condense_and_keep(Reduction& r, Superelement& s) {
   FixedInterfaceModes modes;
   Condensation condensed;
@@ -184,7 +220,12 @@ void condense_and_keep(Reduction& r, Superelement& s) {
     const SparseCholesky factor = factorise(r);
     r.figures.factor_nonzeros = factor.n_nonzeros();
     r.figures.factor_flops = factor.flops();
-    modes = modes_to_compute(r, factor);
+    if (has_free_modes(r.options)) {
+      check_modes_wanted(r);
+      modes.Phi.resize(r.p.n_interior(), 0);
+    } else {
+      modes = modes_to_compute(r, factor);
+    }
     // From here on only its factor is needed, and the space may be.
     r.p.K_II = SparseMatrix(r.p.n_interior(), r.p.n_interior());
     CondensationOptions options;
@@ -192,19 +233,24 @@ void condense_and_keep(Reduction& r, Superelement& s) {
     options.way = r.settings.way;
     options.panel = r.settings.panel;
     options.keep_Psi = r.options.recovery;
-    const auto phase = r.report.phase("condensation");
-    condensed = condense(r.p, factor, modes.Phi, options, r.report);
+    {
+      const auto phase = r.report.phase("condensation");
+      condensed = condense(r.p, factor, modes.Phi, options, r.report);
+    }
+    if (has_free_modes(r.options)) make_free(r, factor, condensed, s);
   }
   r.figures.solve_flops = condensed.solve_flops;
   r.figures.product_flops = condensed.product_flops;
   r.figures.way = condensed.way;
   r.figures.panel = condensed.panel;
+  if (has_free_modes(r.options)) return;
   keep_modes(r, modes, condensed);
   s.eigenvalues = modes.lambda;
   s.K_cc = std::move(condensed.K_cc);
   s.M_cc = std::move(condensed.M_cc);
   s.M_kc = std::move(condensed.M_kc);
   if (s.k() > 0) r.figures.highest_frequency = std::sqrt(s.eigenvalues.maxCoeff()) / (2 * std::numbers::pi);
+  if (r.options.is_massless()) make_fixed(r, s);
   if (r.options.recovery) add_recovery(r, std::move(condensed.Psi), std::move(modes.Phi), s);
 }
 
@@ -213,9 +259,7 @@ void add_diagonal(Reduction& r, Superelement& s) {
   const auto phase = r.report.phase("diagonal form");
   ReductionCondition& condition = r.figures.condition;
   condition.mass = reduced_mass_condition(s);
-  std::vector<Index> part;
-  for (const Index node : r.p.interface_nodes) part.push_back(r.part[static_cast<std::size_t>(node)]);
-  condition.n_rigid = add_diagonal_form(s, part);
+  condition.n_rigid = add_diagonal_form(s, parts_of_interface(r));
   condition.n_zero = (s.omega.array() == 0).count();
   condition.largest_omega = s.omega(s.n() - 1);
   if (condition.n_zero < s.n()) condition.lowest_omega = s.omega(condition.n_zero);
@@ -226,8 +270,8 @@ void add_diagonal(Reduction& r, Superelement& s) {
 }
 
 // Of the full K, as it was assembled.
-void check_rigid_motions(Reduction& r, const Points& x, const Vector3& center) {
-  const RigidResidual rigid = rigid_residual(r.model.K, rigid_modes(x, center));
+void check_rigid_motions(Reduction& r, const Vector3& center) {
+  const RigidResidual rigid = rigid_residual(r.model.K, rigid_modes(r.x, center));
   r.figures.condition.rigid = rigid.value;
   if (rigid.row >= 0) r.figures.condition.rigid_node = name_of_node(r.mesh, mesh_node(r, rigid.row / 3));
 }
@@ -236,7 +280,7 @@ void check_rigid_motions(Reduction& r, const Points& x, const Vector3& center) {
 Superelement reduce_to(const std::vector<Index>* interface, const Mesh& mesh, const std::vector<BlockProperties>& properties,
                        MassKind mass, const ReductionOptions& options, const ReduceSettings& settings, Report& report,
                        ReductionFigures* figures) {
-  Reduction r{mesh, options, settings, report, {}, {}, {}, {}};
+  Reduction r{mesh, options, settings, report, {}, {}, {}, {}, {}};
   Superelement s;
   {
     const auto phase = report.phase("assembly");
@@ -249,18 +293,23 @@ Superelement reduce_to(const std::vector<Index>* interface, const Mesh& mesh, co
     }
     r.p = partition(r.model, kept);
     r.part = connected_parts(mesh, r.model);
-    Points x(static_cast<Index>(r.model.nodes.size()), 3);
-    for (Index i = 0; i < x.rows(); ++i) x.row(i) = mesh.coordinates.row(r.model.nodes[static_cast<std::size_t>(i)]);
-    s.rigid_body = rigid_body(r.model.M, x);
-    check_rigid_motions(r, x, s.rigid_body.center);
+    r.x.resize(static_cast<Index>(r.model.nodes.size()), 3);
+    for (Index i = 0; i < r.x.rows(); ++i) r.x.row(i) = mesh.coordinates.row(r.model.nodes[static_cast<std::size_t>(i)]);
+    s.rigid_body = rigid_body(r.model.M, r.x);
+    check_rigid_motions(r, s.rigid_body.center);
     r.figures.n_dofs = r.model.K.rows();
     r.figures.n_interior = r.p.n_interior();
-    r.model.K = SparseMatrix();
-    r.model.M = SparseMatrix();
+    if (!has_free_modes(options)) r.model.K = SparseMatrix(), r.model.M = SparseMatrix();
   }
   check_interface_holds(mesh, r.model, r.p, r.part);
   describe_interface(r, s);
+  s.basis = options.basis;
   condense_and_keep(r, s);
+  if (options.is_massless()) {
+    report_condition(r.figures.condition, report);
+    if (figures != nullptr) *figures = r.figures;
+    return s;
+  }
   r.figures.condition.reduced_rigid = rigid_residual(s.K_cc, reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c())).value;
   require_free(r.figures.condition);
   add_diagonal(r, s);

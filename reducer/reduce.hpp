@@ -11,6 +11,7 @@
 #include "common/superelement.hpp"
 #include "reducer/condensation.hpp"
 #include "reducer/condition.hpp"
+#include "reducer/massless.hpp"
 
 namespace cbr {
 
@@ -32,6 +33,7 @@ struct ReductionFigures {
   CondensationWay way = CondensationWay::product;
   Index panel = 0;
   ReductionCondition condition;
+  MasslessFigures massless;  // of basis massless
 };
 
 // Fills all of the superelement but content_hash and provenance. `options`: modes or cutoff_hz, pick, interface_sets, recovery.

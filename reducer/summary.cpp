@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <numbers>
 #include <string>
 
 namespace cbr {
@@ -48,6 +49,17 @@ void say_residual_mass(const Superelement& s, Report& report) {
                "more modes, or pick them by participation",
                rho.maxCoeff()));
   }
+}
+
+void say_massless(const Superelement& s, const MasslessFigures& m, Report& report) {
+  report.line(
+      format("  massless     %lld of the modes rigid; x %.4f  y %.4f  z %.4f: of the compliance under a uniform load this is left "
+             "to an interface without inertia",
+             static_cast<long long>(m.n_rigid), m.left(0), m.left(1), m.left(2)));
+  report.line(format("  step         highest frequency %.6g Hz with the interface held: critical step %.4g",
+                     s.massless.omega_closed / (2 * std::numbers::pi), 2 / s.massless.omega_closed));
+  if (m.lost_mass > 0)
+    report.line(format("  mass         %.4f of a rigid motion's was not in the fixed modes and was given to them", m.lost_mass));
 }
 
 void say_rigid_body(const RigidBody& b, Report& report) {
@@ -100,7 +112,11 @@ void summarise(const Superelement& s, const ReductionFigures& figures, const std
                      static_cast<long long>(figures.n_dofs), static_cast<long long>(s.c()), s.node_ids.size(),
                      static_cast<long long>(s.k()), static_cast<long long>(s.n())));
   report.line("  modes        " + modes_text(s, figures));
-  say_residual_mass(s, report);
+  if (s.is_massless()) {
+    say_massless(s, figures.massless, report);
+  } else {
+    say_residual_mass(s, report);
+  }
   say_rigid_body(s.rigid_body, report);
   report.line("  sets kept    " + sets_text(s));
   const bool panels = figures.way == CondensationWay::second_solve;

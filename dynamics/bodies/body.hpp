@@ -48,6 +48,8 @@ class Body {
   virtual double largest_frequency() const = 0;  // rad/s, of the body alone; sets the step
   virtual Scheme scheme() const = 0;
   bool is_exact() const { return scheme() == Scheme::exact; }  // any step is allowed when no contact is near
+  // The share of the critical step that contact leaves of use; step: auto takes it.
+  virtual double contact_share() const { return 1; }
   // Before the first predict() and before scale(): the step at which contact will push, omega_max h < pi. Exact bodies then answer
   // impulses with the compliance of a force that lasts (contact_gain.hpp). Not with add_velocities().
   virtual void set_contact_step(double) {}

@@ -2,6 +2,7 @@
 // What each kind of body keeps from step to step. Not what it is built of, nor what follows from that and the length of a step.
 #include "common/state_archive.hpp"
 #include "dynamics/bodies/coupled_body.hpp"
+#include "dynamics/bodies/massless_body.hpp"
 #include "dynamics/bodies/mesh_body.hpp"
 #include "dynamics/bodies/scaled_body.hpp"
 #include "dynamics/bodies/superelement_body.hpp"
@@ -20,6 +21,14 @@ void SuperelementBody::keep_state(StateArchive& archive) {
   archive(eta_, v_, t_, last_h_, work_);
   // Newmark: the end of a step gives the next one its accelerations and loads; HHT-alpha looks back one step more
   archive(started_, arrived_, a_, f0_, move_, load_change_);
+  archive(late_kick_, late_friction_);
+}
+
+void MasslessBody::keep_state(StateArchive& archive) {
+  modal_.keep_state(archive);
+  archive.expect(static_cast<Index>(sets_.size()));
+  archive(g_, g_before_, eta_before_, loads_now_, t_, h_, work_, was_in_contact_, has_force_);
+  for (NodeSet& set : sets_) archive(set.w, set.force, set.friction);
 }
 
 void ScaledBody::keep_state(StateArchive& archive) {

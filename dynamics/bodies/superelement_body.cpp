@@ -123,6 +123,7 @@ double SuperelementBody::energy_product(const Vector& a, const Vector& b) const 
 void SuperelementBody::predict(double t, double h) {
   t_ = t, h_ = h;
   kicked_ = rubbed_ = end_kicked_ = false;
+  if (late_end_kick_.size() > 0) late_end_kick_.setZero(), late_end_friction_.setZero();
   switch (scheme_) {
     case Scheme::exact:
       propagate(eta_, v_, eta_end_, v_end_, nullptr);
@@ -157,6 +158,16 @@ void SuperelementBody::add_impulses(Index set, const Points& impulses, ImpulseKi
     eta_end_ += h_ * f_;
     v_end_ += f_;
   }
+}
+
+void SuperelementBody::add_late(Index set, const Points& impulses, ImpulseKind kind) {
+  if (late_kick_.size() == 0)
+    for (Vector* kick : {&late_kick_, &late_friction_, &late_end_kick_, &late_end_friction_}) kick->setZero(eta_.size());
+  sets_[set].rows->kick(impulses, placement_.T, local_, f_);
+  if (gain_.size() > 0) f_.array() *= gain_.array();
+  late_end_kick_ += f_;
+  if (kind == ImpulseKind::friction) late_end_friction_ += f_;
+  v_end_ += f_;
 }
 
 Vector3 SuperelementBody::add_velocities(Index set, const Points& velocities, const Vector3& momentum) {
@@ -196,13 +207,25 @@ void SuperelementBody::book_friction(double work) {
   work_.contact -= work;
 }
 
+// Work of forces from the middle of the kick at the start to that of the kick at the end.
+void SuperelementBody::book_late_exact() {
+  const auto work = [&](const Vector& start, const Vector& end) {
+    return 0.5 * energy_product(start, v_) - 0.125 * energy_product(start, late_kick_) + 0.5 * energy_product(end, v_end_) -
+           0.375 * energy_product(end, late_end_kick_);
+  };
+  work_.contact += work(late_kick_, late_end_kick_);
+  book_friction(work(late_friction_, late_end_friction_));
+}
+
 void SuperelementBody::accept_exact() {
   if (kicked_) work_.contact += energy_product(kick_, v_) + 0.5 * energy_product(kick_, kick_);
   if (rubbed_) book_friction(energy_product(friction_kick_, v_) + 0.5 * energy_product(friction_kick_, kick_));
   if (!loads_.empty()) {
     if (kicked_) v_ += kick_;
     propagate(eta_, v_, eta_end_, v_end_, &work_.external);
+    if (late_end_kick_.size() > 0) v_end_ += late_end_kick_;
   }
+  if (late_kick_.size() > 0) book_late_exact();
   if (!end_kicked_) return;
   if (!loads_.empty()) eta_end_ += h_ * end_kick_, v_end_ += end_kick_;
   // Energy that the change at the end of the step brought: of (eta + h d, v + d) less that of (eta, v)
@@ -212,6 +235,14 @@ void SuperelementBody::accept_exact() {
 }
 
 void SuperelementBody::accept_central() {
+  // What the rates were before and after all of the forces at the start
+  const bool late = late_kick_.size() > 0;
+  if (late) {
+    v_ -= late_kick_;
+    v_end_ -= late_end_kick_;
+    work_.contact += 0.5 * (late_kick_ + late_end_kick_).dot(v_end_);
+    book_friction(0.5 * (late_friction_ + late_end_friction_).dot(v_end_));
+  }
   // v- and v+ average: the work of the kick and of the load that the leapfrog's own energy answers to
   const double mean_h = 0.5 * (last_h_ + h_);
   if (kicked_) work_.contact += 0.5 * kick_.dot(v_ + v_end_);
@@ -223,6 +254,7 @@ void SuperelementBody::accept_central() {
   // Its energy holds a term -h/2 v . omega^2 eta: a change of h brings (h - h-)/4 omega^2 eta . (v+ - v-).
   if (h_ != last_h_) work_.numerical += 0.25 * (h_ - last_h_) * form_->omega.cwiseAbs2().cwiseProduct(eta_).dot(v_end_ - v_);
   last_h_ = h_;
+  if (late) v_end_ += late_end_kick_;
 }
 
 void SuperelementBody::accept() {
@@ -238,6 +270,8 @@ void SuperelementBody::accept() {
       arrived_ = false;
       break;
   }
+  late_kick_.swap(late_end_kick_);
+  late_friction_.swap(late_end_friction_);
   eta_.swap(eta_end_);
   v_.swap(v_end_);
   t_ += h_;

@@ -54,7 +54,10 @@ class SuperelementBody final : public Body {
   void accept() override;
   void end_velocities(Index set, Points& v) override;
   NodeResponse velocity_response(Index set) const override;
+  // Without Newmark: forces at the end of the step, which MasslessBody knows then, times the step. Energies are of the middle of
+  // such a kick, momentum is of its end; with central differences it is half of what the rates of the next step get.
   void add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
+  const Vector& modal_coordinates() const { return eta_; }
 
   NodeResponse response(Index set, double h) const override;
   Points nodal_masses(Index set) const override;
@@ -88,10 +91,12 @@ class SuperelementBody final : public Body {
   void append_load(const Vector& amplitude, const LoadHistory& history);
   void load_amplitudes(double t, Vector& f) const;
   void propagate(const Vector& eta, const Vector& v, Vector& eta_end, Vector& v_end, double* external_work);
+  void add_late(Index set, const Points& impulses, ImpulseKind kind);
   void predict_central(double h);
   const Vector& newmark_weight(double h) const;
   void predict_newmark(double h);
   void push_newmark(const Vector& kick);
+  void book_late_exact();
   void accept_exact();
   void accept_central();
   void accept_newmark();
@@ -121,6 +126,9 @@ class SuperelementBody final : public Body {
   // Modal impulses at the start of the step, and those of friction among them; modal velocities added at its end
   Vector kick_, friction_kick_, end_kick_;
   bool kicked_ = false, rubbed_ = false, end_kicked_ = false;
+  // Kicks of forces at the start of the step, which v_ has, and at its end; of friction among them. Empty before the
+  // first one
+  Vector late_kick_, late_friction_, late_end_kick_, late_end_friction_;
   Vector f_, f0_, f1_, work_eta_, work_v_;
   Points local_;          // impulses in component axes
   mutable Vector rates_;  // central differences: eta' at the time of eta

@@ -164,10 +164,14 @@ BodyState SuperelementBody::state() const {
   const double strain = weight_.size() > 0 ? 0.5 * ((omega * eta_.array()).square() * weight_.array()).sum()
                                            : 0.5 * (omega * eta_.array()).square().sum();
   if (scheme_ != Scheme::central_difference) {
+    // In the middle of a kick of forces
     state.kinetic_energy = 0.5 * energy_product(v_, v_);
+    if (late_kick_.size() > 0)
+      state.kinetic_energy -= 0.5 * energy_product(late_kick_, v_) - 0.125 * energy_product(late_kick_, late_kick_);
   } else {
-    // 1/2 v- . v+ with v+ of the internal forces alone: what leapfrog conserves together with the strain energy
-    state.kinetic_energy = 0.5 * v_.squaredNorm() - 0.5 * last_h_ * (omega.square() * eta_.array() * v_.array()).sum();
+    // 1/2 v- . v+ with v+ of the forces of strain and contact alone: what leapfrog conserves together with the strain energy
+    const auto before = [&](const Vector& v) { return late_kick_.size() > 0 ? v.dot(v_ - late_kick_) : v.dot(v_); };
+    state.kinetic_energy = 0.5 * before(v_) - 0.5 * last_h_ * before((omega.square() * eta_.array()).matrix());
   }
   state.strain_energy = strain;
   return state;

@@ -63,7 +63,8 @@ double share_of_critical(const TimeOptions& options, const Body& body, ContactKi
   if (is_scaled(options, body)) return options.cfl.value_or(scaled_share);
   if (options.cfl && *options.cfl <= 1) return *options.cfl;
   if (contact == ContactKind::penalty) return penalty_step_share;
-  return body.is_exact() ? 1 : automatic_share;
+  const double share = body.is_exact() ? 1 : automatic_share;
+  return contact == ContactKind::hard ? std::min(share, body.contact_share()) : share;
 }
 
 // 2 / step where that is below a frequency of a body that is scaled, else 0.

@@ -84,8 +84,10 @@ ReducedComponent of_one(const SceneIndex& index, const Component& component, con
   for (Index i = 0; i < superelement->coordinates.rows(); ++i) node.push_back(i);
   add_part(superelement, std::move(node), reduced);
   reduced.n_dofs = superelement->n();
-  *superelement =
-      read_superelement(file, parts_to_read(index.scene(), needs_of(index, component, reduced, stores_diagonal_form(file))));
+  const bool massless = superelement->is_massless();
+  *superelement = read_superelement(
+      file, massless ? SuperelementParts{true, false, false}
+                     : parts_to_read(index.scene(), needs_of(index, component, reduced, stores_diagonal_form(file))));
   reduced.superelement = superelement;
   return reduced;
 }
@@ -121,6 +123,13 @@ bool moves_freely_in_diagonal_form(const SceneIndex& index, const Component& com
     return coordinates_of_reduced(index, *i, reduced, stored) == Coordinates::modal && !index.is_held(*i) &&
            !has_shells(index.scene(), *i, *reduced.geometry) && !scales_from_matrices(index, *i, reduced, stored);
   });
+}
+
+void refuse_shells_on_massless(const Scene& scene, const Instance& instance, const Geometry& geometry) {
+  if (!has_shells(scene, instance, geometry)) return;
+  throw InputError(scene.skin->source.text() + ": skin: instance '" + instance.name +
+                   "' (basis: massless) cannot carry shells that act: leave it out of skin.surfaces, or reduce it with basis: "
+                   "craig-bampton");
 }
 
 }  // namespace
@@ -163,7 +172,12 @@ ReducedComponent read_reduced_component(const SceneIndex& index, const Component
     reduced = is_superelement_group(component.reduction->superelement) ? of_group(index, component, options)
                                                                        : of_one(index, component, options);
   }
-  if (moves_freely_in_diagonal_form(index, component, reduced)) {
+  if (reduced.superelement && reduced.superelement->is_massless()) {
+    const auto phase = report.phase("setup");
+    for (const Instance* instance : instances_of(index.scene(), component, InstanceKind::superelement))
+      refuse_shells_on_massless(index.scene(), *instance, *reduced.geometry);
+    reduced.massless = free_massless_form(*reduced.superelement, component.reduction->superelement.string());
+  } else if (moves_freely_in_diagonal_form(index, component, reduced)) {
     const auto phase = report.phase("setup");
     reduced.form = std::make_shared<DiagonalForm>(free_diagonal_form(*reduced.superelement, "component '" + component.name + "'"));
   }

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/setup/instance_body.hpp"
 
+#include <algorithm>
 #include <map>
 #include <utility>
 
 #include "dynamics/bodies/coupled_body.hpp"
+#include "dynamics/bodies/massless_body.hpp"
 #include "dynamics/bodies/scaled_body.hpp"
 #include "dynamics/bodies/superelement_body.hpp"
 #include "dynamics/setup/skin_shells.hpp"
@@ -96,6 +98,20 @@ std::shared_ptr<const DiagonalForm> BodyMaker::held_form(const Instance& instanc
   return form;
 }
 
+InstanceBody BodyMaker::make_massless(const Instance& instance, const ReducedComponent& component) {
+  std::shared_ptr<const MasslessForm> form = component.massless;
+  std::vector<HeldDirection> held = held_directions(index_, instance, *component.geometry);
+  if (!held.empty()) {
+    auto& forms = held_massless_[component.superelement.get()];
+    const auto known = std::find_if(forms.begin(), forms.end(), [&](const auto& other) { return other.first == held; });
+    form = known != forms.end() ? known->second : held_massless_form(*component.superelement, *form, held, where(instance));
+    if (known == forms.end()) forms.emplace_back(std::move(held), form);
+  }
+  return {
+      std::make_unique<MasslessBody>(instance.name, component.superelement, form, placement_of(instance), scheme_of(*scene_.time)),
+      component.rigid_body.mass};
+}
+
 InstanceBody BodyMaker::make_modal(const Instance& instance, const ReducedComponent& component) {
   if (scales_from_matrices(index_, instance, component, component.form != nullptr))
     return make_scaled_from_matrices(instance, component);
@@ -128,6 +144,7 @@ InstanceBody BodyMaker::make_modal_with_shells(const Instance& instance, const R
 }
 
 InstanceBody BodyMaker::make(const Instance& instance, const ReducedComponent& component) {
+  if (component.massless) return make_massless(instance, component);
   const bool stored = component.form != nullptr;
   if (coordinates_of_reduced(index_, instance, component, stored) == Coordinates::coupled)
     return make_coupled(instance, *component.geometry, shelled(instance, component));

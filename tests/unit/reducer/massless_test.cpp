@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "reducer/massless.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+
+#include "common/error.hpp"
+#include "common/linalg/eigenpairs.hpp"
+#include "reducer/reduce.hpp"
+#include "tests/unit/reducer/box_mesh.hpp"
+
+namespace cbr::test {
+namespace {
+
+const Material soft = {1000, 0.3, 2};
+
+ReductionOptions massless(std::vector<std::string> sets, Index modes, const std::string& of = "free") {
+  ReductionOptions options;
+  options.basis = "massless", options.massless_modes = of;
+  options.interface_sets = std::move(sets);
+  options.modes = modes;
+  return options;
+}
+
+Superelement reduced(const Mesh& mesh, const ReductionOptions& options, MassKind mass = MassKind::lumped,
+                     ReductionFigures* figures = nullptr) {
+  Report report("test", Verbosity::quiet);
+  Superelement s = reduce(mesh, properties(mesh, soft), mass, options, {}, report, figures);
+  check(s, "test");
+  return s;
+}
+
+Mesh skewed(std::array<Index, 3> n = {5, 4, 3}) { return box_mesh({n, {5, 4, 3}, {1, 2, 3}, 0.08}); }
+
+double relative(const Matrix& A, const Matrix& B) { return (A - B).cwiseAbs().maxCoeff() / B.cwiseAbs().maxCoeff(); }
+
+// The full model's modes, all of them, and their rows on the superelement's interface.
+struct Full {
+  Vector lambda;
+  Matrix V;
+};
+Full full_model(const Mesh& mesh, MassKind mass, const Superelement& s) {
+  const FiniteElementModel model = assemble(mesh, properties(mesh, soft), mass);
+  Eigenpairs pairs = dense_eigenpairs(Matrix(model.K), Matrix(model.M), model.K.rows());
+  Full full{pairs.lambda, Matrix(s.c(), model.K.rows())};
+  for (Index i = 0; i < s.c(); ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    const auto node = std::find(mesh.node_ids.begin(), mesh.node_ids.end(), s.node_ids[static_cast<std::size_t>(s.dof_node[at])]);
+    const Index row = model.row[static_cast<std::size_t>(node - mesh.node_ids.begin())];
+    full.V.row(i) = pairs.Phi.row(3 * row + s.dof_component[at]);
+  }
+  return full;
+}
+
+// Compliance at omega^2 of what moves elastically.
+Matrix compliance(const Matrix& V_e, const Vector& lambda_e, double omega2) {
+  return V_e * (lambda_e.array() - omega2).inverse().matrix().asDiagonal() * V_e.transpose();
+}
+Matrix compliance(const Superelement& s, double omega2, Index n_rigid = 6) {
+  const Index e = s.k() - n_rigid;
+  return s.massless.F + compliance(s.massless.V.rightCols(e), s.eigenvalues.tail(e), omega2);
+}
+
+class MasslessReduction : public testing::TestWithParam<MassKind> {};
+INSTANTIATE_TEST_SUITE_P(Massless, MasslessReduction, testing::Values(MassKind::lumped, MassKind::consistent));
+
+TEST_P(MasslessReduction, FreeModesAndStaticsAreThoseOfTheFullModel) {
+  const Mesh mesh = skewed({4, 3, 2});
+  for (const char* set : {"x_max", "surface"}) {
+    for (const Index modes : {Index{0}, Index{12}}) {
+      const Superelement s = reduced(mesh, massless({set}, modes), GetParam());
+      const Full full = full_model(mesh, GetParam(), s);
+      const Index e = full.lambda.size() - 6;
+      EXPECT_EQ(s.k(), modes + 6);
+      EXPECT_LT((s.eigenvalues - full.lambda.head(s.k())).cwiseAbs().maxCoeff(), 1e-10 * full.lambda[s.k() - 1] + 1e-9);
+      const Matrix expected = compliance(full.V.rightCols(e), full.lambda.tail(e), 0);
+      EXPECT_LT(relative(compliance(s, 0), expected), 1e-9) << set << " " << modes;
+      // Rigid part: impulses move the body as they should
+      const Matrix rigid = s.massless.V.leftCols(6) * s.massless.V.leftCols(6).transpose();
+      EXPECT_LT(relative(rigid, full.V.leftCols(6) * full.V.leftCols(6).transpose()), 1e-8);
+    }
+  }
+}
+
+// What the modes leave is of second order in frequency.
+TEST_P(MasslessReduction, ComplianceInMotionConverges) {
+  const Mesh mesh = skewed({4, 3, 2});
+  const Superelement s = reduced(mesh, massless({"x_max"}, 10), GetParam());
+  const Full full = full_model(mesh, GetParam(), s);
+  const Index e = full.lambda.size() - 6;
+  const auto error = [&](double omega2) {
+    return relative(compliance(s, omega2), compliance(full.V.rightCols(e), full.lambda.tail(e), omega2));
+  };
+  const double omega2 = 0.1 * full.lambda[6];
+  EXPECT_NEAR(error(omega2) / error(omega2 / 4), 4, 0.4);
+  EXPECT_LT(error(omega2), 1e-2);
+}
+
+// With the interface held: the largest eigenvalue of diag(lambda) + V^T F^-1 V.
+Vector held(const Superelement& s) {
+  Matrix K = s.massless.V.transpose() * s.massless.F.llt().solve(s.massless.V);
+  K.diagonal() += s.eigenvalues;
+  return dense_eigenpairs(K, K.rows()).lambda;
+}
+
+TEST_P(MasslessReduction, FixedModesKeepStaticsMassAndHeldFrequencies) {
+  const Mesh mesh = skewed();
+  ReductionOptions craig = massless({"x_max", "y_min"}, 20, "fixed");
+  craig.basis = "craig-bampton";
+  const Superelement cb = reduced(mesh, craig, GetParam());
+  ReductionFigures figures;
+  const Superelement s = reduced(mesh, massless({"x_max", "y_min"}, 20, "fixed"), GetParam(), &figures);
+  EXPECT_EQ(s.k(), 20);
+  EXPECT_GT(figures.massless.lost_mass, 0.05);
+  EXPECT_LT(relative(held(s), cb.eigenvalues), 1e-9);
+  EXPECT_NEAR(s.massless.omega_closed, std::sqrt(cb.eigenvalues(19)), 1e-8 * s.massless.omega_closed);
+  // K_cc C K_cc = K_cc of the elastic compliance C
+  EXPECT_LT(relative(cb.K_cc * compliance(s, 0) * cb.K_cc, cb.K_cc), 1e-9);
+  // R^T M R = B with R = V_r B_r: B^T B is the rigid mass
+  const Matrix R = reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c());
+  const Matrix B = s.massless.V.leftCols(6).colPivHouseholderQr().solve(R), mass = B.transpose() * B;
+  EXPECT_LT((s.massless.V.leftCols(6) * B - R).norm(), 1e-11 * R.norm());
+  EXPECT_LT(relative(mass.topLeftCorner(3, 3), s.rigid_body.mass * Matrix3::Identity()), 1e-10);
+  EXPECT_LT(relative(mass.bottomRightCorner(3, 3), s.rigid_body.inertia), 1e-10);
+}
+
+TEST(Massless, TheHighestHeldFrequencyOfFreeModesIsTold) {
+  const Superelement s = reduced(skewed(), massless({"x_max"}, 15));
+  const Vector lambda = held(s);
+  EXPECT_NEAR(s.massless.omega_closed, std::sqrt(lambda(lambda.size() - 1)), 1e-6 * s.massless.omega_closed);
+  EXPECT_GT(s.massless.omega_closed, 1.05 * std::sqrt(s.eigenvalues.maxCoeff()));
+}
+
+TEST(Massless, ACutoffKeepsAllBelow) {
+  ReductionOptions options = massless({"x_max"}, 0);
+  const Superelement all = reduced(skewed(), massless({"x_max"}, 30));
+  options.modes.reset();
+  options.cutoff_hz = std::sqrt(0.5 * (all.eigenvalues(20) + all.eigenvalues(21))) / (2 * 3.141592653589793);
+  const Superelement s = reduced(skewed(), options);
+  EXPECT_EQ(s.k(), 21);
+  EXPECT_LT(relative(s.eigenvalues, all.eigenvalues.head(21)), 1e-10);
+}
+
+TEST(Massless, TwoPartsHaveTwelveRigidMotions) {
+  Mesh mesh = skewed({3, 2, 2});
+  const Mesh other = box_mesh({{2, 2, 2}, {5, 4, 3}, {11, 2, 3}, 0.05});
+  const Index n = mesh.coordinates.rows();
+  mesh.coordinates.conservativeResize(n + other.coordinates.rows(), 3);
+  mesh.coordinates.bottomRows(other.coordinates.rows()) = other.coordinates;
+  for (const Index id : other.node_ids) mesh.node_ids.push_back(id + 100000);
+  const Index e = mesh.blocks[0].connectivity.rows();
+  IndexTable joined(e + other.blocks[0].connectivity.rows(), 8);
+  joined << mesh.blocks[0].connectivity, (other.blocks[0].connectivity.array() + n).matrix();
+  mesh.blocks[0].connectivity = joined;
+  for (Index i = e; i < joined.rows(); ++i) mesh.blocks[0].element_ids.push_back(i + 1);
+  for (std::size_t set = 0; set < mesh.sidesets.size(); ++set)
+    for (auto side : other.sidesets[set].sides) side.element += e, mesh.sidesets[set].sides.push_back(side);
+  for (const char* of : {"free", "fixed"}) {
+    const Superelement s = reduced(mesh, massless({"x_max"}, 30, of));
+    EXPECT_EQ((s.eigenvalues.array() == 0).count(), 12) << of;
+    const Full full = full_model(mesh, MassKind::lumped, s);
+    const Index elastic = full.lambda.size() - 12;
+    if (std::string(of) == "free")
+      EXPECT_LT(relative(compliance(s, 0, 12), compliance(full.V.rightCols(elastic), full.lambda.tail(elastic), 0)), 1e-9);
+  }
+}
+
+std::string message_of(const Mesh& mesh, const ReductionOptions& options) {
+  try {
+    reduced(mesh, options);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "no InputError";
+}
+
+TEST(Massless, RefusesWhatLeavesNothing) {
+  const Mesh mesh = skewed({2, 2, 2});  // 81 dofs, 27 of them on x_max
+  EXPECT_NE(message_of(mesh, massless({"x_max"}, 75)).find("no compliance of its own"), std::string::npos);
+  EXPECT_NE(message_of(mesh, massless({"x_max"}, 60)).find("no compliance of its own"), std::string::npos);
+  EXPECT_EQ(reduced(mesh, massless({"x_max"}, 40)).k(), 46);
+  EXPECT_NE(message_of(mesh, massless({"x_max"}, 100)).find("only 75 elastic modes"), std::string::npos);
+  EXPECT_NE(message_of(mesh, massless({"x_max"}, 5, "fixed")).find("cannot carry the 6 rigid motions"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace cbr::test
