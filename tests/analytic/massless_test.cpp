@@ -76,6 +76,7 @@ Bounce bounce(const std::string& basis, Index axial, double h, const std::string
   std::printf(
       "%-40s %2ld axial of %3ld, h %.1e %-18s n %4ld: L2 two periods %.2e, ten %.2e; last peak %.4f; impulse %.1e; energy %.1e\n",
       basis.c_str(), long(axial), long(b.modes), h, integrator.c_str(), long(n), b.two, b.ten, b.peak, b.impulse, b.energy);
+  std::fflush(stdout);
   return b;
 }
 
@@ -327,17 +328,13 @@ TEST(MasslessContact, RefusesWhatItCannotDo) {
 }
 
 TEST(BouncingBar, MasslessKeepsBouncing) {
-  for (const Index n : {200, 400}) {
-    bounce(free_modes, 15, 5e-4, "central-difference", n, 0.25);
-    bounce(free_modes, 15, 5e-4, "exact", n, 0.25);
-    bounce(free_modes, 30, 5e-4, "central-difference", n, 0.25);
-    bounce(free_modes, 30, 5e-4, "exact", n, 0.25);
-    bounce(free_modes, 15, 2e-3, "exact", n, 0.25);
-  }
-  bounce(free_modes, 16, 5e-4, "exact", 200, 0.25);
-  bounce(free_modes, 17, 5e-4, "exact", 200, 0.25);
-  bounce(fixed_modes, 30, 5e-4, "exact", 200, 0.25);
-  bounce("basis: craig-bampton", 30, 5e-4, "exact", 200, 0.25);
+  bounce(free_modes, 15, 5e-4, "central-difference", 200, 0.25);
+  bounce(free_modes, 15, 2e-3, "exact", 200, 0.25);
+  bounce(free_modes, 15, 5e-4, "exact", 200, 0.25);
+  bounce(free_modes, 30, 5e-4, "central-difference", 200, 0.25);
+  bounce(free_modes, 16, 2e-3, "exact", 200, 0.25);
+  bounce(fixed_modes, 15, 2e-3, "exact", 200, 0.25);
+  bounce("basis: craig-bampton", 15, 2e-3, "exact", 200, 0.25);
 }
 
 }  // namespace

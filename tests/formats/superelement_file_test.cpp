@@ -5,6 +5,8 @@
 
 #include <thread>
 
+#include "common/error.hpp"
+#include "common/hdf5_file.hpp"
 #include "common/superelement.hpp"
 #include "tests/formats/sample_superelement.hpp"
 #include "tests/formats/temporary_folder.hpp"
@@ -38,6 +40,59 @@ TEST(SuperelementFile, partsThatAreNotAskedForAreNotRead) {
   EXPECT_EQ(nothing.c(), 12);
   const auto diagonal = read_superelement(folder / "s.h5", {.matrices = false, .diagonal = true, .recovery = false});
   EXPECT_EQ(diagonal.V, written.V);
+}
+
+Superelement massless_sample() {
+  Superelement s = sample_superelement();
+  s.basis = "massless";
+  s.massless.F = s.M_cc, s.massless.V = s.M_kc.transpose(), s.massless.omega_closed = 100;
+  s.K_cc.resize(0, 0), s.M_cc.resize(0, 0), s.M_kc.resize(0, 0);
+  s.omega.resize(0), s.V.resize(0, 0), s.recovery.clear();
+  return s;
+}
+
+TEST(SuperelementFile, basisMasslessHasMatricesOfItsOwn) {
+  const TemporaryFolder folder;
+  const Superelement written = massless_sample();
+  write_superelement(written, folder / "s.h5");
+  EXPECT_EQ(Hdf5Reader(folder / "s.h5").read_string("/", "format_version"), "1.1");
+  EXPECT_FALSE(Hdf5Reader(folder / "s.h5").has("/matrices/K_cc"));
+  const Superelement read = read_superelement(folder / "s.h5");
+  EXPECT_TRUE(test::identical(read, written));
+  EXPECT_EQ(read.massless.F, written.massless.F);
+  EXPECT_EQ(read.massless.V, written.massless.V);
+  EXPECT_EQ(read.massless.omega_closed, written.massless.omega_closed);
+  EXPECT_EQ(read_superelement(folder / "s.h5", {false, false, false}).massless.F.size(), 0);
+  write_superelement(sample_superelement(), folder / "other.h5");
+  EXPECT_EQ(Hdf5Reader(folder / "other.h5").read_string("/", "format_version"), "1.0");
+}
+
+TEST(SuperelementFile, basisMasslessIsChecked) {
+  const auto refusal = [](auto&& damage) {
+    Superelement s = massless_sample();
+    damage(s);
+    try {
+      check(s, "s.h5");
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  const auto expect = [&](const std::string& field, auto&& damage) {
+    const std::string message = refusal(damage);
+    EXPECT_NE(message.find("s.h5: " + field), std::string::npos) << field << ": " << message;
+  };
+  EXPECT_EQ(refusal([](Superelement&) {}), "");
+  expect("/massless/V", [](Superelement& s) { s.massless.V.conservativeResize(11, 4); });
+  expect("/massless/V", [](Superelement& s) { s.massless.V(3, 2) = NAN; });
+  expect("/massless/F", [](Superelement& s) { s.massless.F.conservativeResize(11, 11); });
+  expect("/massless/F", [](Superelement& s) { s.massless.F(3, 2) *= 1.1; });
+  expect("/massless/F", [](Superelement& s) { s.massless.F.row(5).setZero(), s.massless.F.col(5).setZero(); });
+  expect("/massless/omega_closed", [](Superelement& s) { s.massless.omega_closed = 31; });
+  expect("/massless/omega_closed", [](Superelement& s) { s.massless.omega_closed = INFINITY; });
+  expect("/matrices/eigenvalues", [](Superelement& s) { std::swap(s.eigenvalues(0), s.eigenvalues(3)); });
+  expect("/diagonal", [](Superelement& s) { s.omega = Vector::Ones(16), s.V = RowMatrix::Identity(16, 16); });
+  expect("attribute 'n_modes'", [](Superelement& s) { s.eigenvalues.resize(0), s.massless.V.resize(12, 0); });
 }
 
 TEST(SuperelementFile, noModesAndNoInterfaceAreRead) {

@@ -159,6 +159,17 @@ TEST_F(Restart, Superelements) {
   expect_same_after_restarts(impact("superelement", "superelement", ", formulation: mortar", ""));
 }
 
+// The interface's forces, and velocities that are told from the step before.
+TEST_F(Restart, Massless) {
+  const auto massless = [](std::string yaml) {
+    const std::string interface = "interface: [x_min, x_max]";
+    return yaml.replace(yaml.find(interface), interface.size(), "basis: massless, " + interface);
+  };
+  expect_same_after_restarts(massless(impact("superelement", "superelement", ", friction: 0.3", "", pulse)));
+  expect_same_after_restarts(massless(impact("superelement", "mesh", ", friction: 0.3", ", integrator: central-difference",
+                                             "boundary: [{instance: left, nodes: x_min, fix: [y, z]}]\n")));
+}
+
 // With another number of threads BLAS adds in another order: a run goes on with as many as it had.
 TEST_F(Restart, WithThreads) {
   set_threads(2);

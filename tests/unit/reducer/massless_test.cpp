@@ -95,7 +95,7 @@ TEST_P(MasslessReduction, ComplianceInMotionConverges) {
   };
   const double omega2 = 0.1 * full.lambda[6];
   EXPECT_NEAR(error(omega2) / error(omega2 / 4), 4, 0.4);
-  EXPECT_LT(error(omega2), 1e-2);
+  EXPECT_LT(error(omega2), 3e-2);
 }
 
 // With the interface held: the largest eigenvalue of diag(lambda) + V^T F^-1 V.
