@@ -40,7 +40,8 @@ struct Bounce {
   Index modes;
 };
 
-Bounce bounce(const std::string& basis, Index axial, double h, const std::string& integrator, Index n, double width) {
+Bounce bounce(const std::string& basis, Index axial, double h, const std::string& integrator, Index n, double width,
+              double periods = 10) {
   SceneFolder folder;
   folder.add("bar.exo", test::block_mesh({{n, 1, 1}, Vector3(length, width, width)}));
   const Ran ran = folder.run(
@@ -53,7 +54,7 @@ Bounce bounce(const std::string& basis, Index axial, double h, const std::string
       "loads: [{gravity: [-10, 0, 0]}]\n"
       "contact: [{between: [b.x_min, floor]}]\n"
       "time: {end: " +
-      text(10 * period) + ", step: " + text(h) + ", integrator: " + integrator +
+      text(periods * period) + ", step: " + text(h) + ", integrator: " + integrator +
       "}\n"
       "output: {every: " +
       text(period / 960) + ", history: [b.x_min]}\n");
@@ -327,14 +328,28 @@ TEST(MasslessContact, RefusesWhatItCannotDo) {
   EXPECT_NE(message_of(p).find("above the critical step"), std::string::npos);
 }
 
+// The published figure for 15 modes, the rigid one counted: 2.3e-2 after ten periods, where an interface with mass has lost most of
+// the bounce. That number of modes suits this motion, as docs/decisions/massless.md tells.
 TEST(BouncingBar, MasslessKeepsBouncing) {
-  bounce(free_modes, 15, 5e-4, "central-difference", 200, 0.25);
-  bounce(free_modes, 15, 2e-3, "exact", 200, 0.25);
-  bounce(free_modes, 15, 5e-4, "exact", 200, 0.25);
-  bounce(free_modes, 30, 5e-4, "central-difference", 200, 0.25);
-  bounce(free_modes, 16, 2e-3, "exact", 200, 0.25);
-  bounce(fixed_modes, 15, 2e-3, "exact", 200, 0.25);
-  bounce("basis: craig-bampton", 15, 2e-3, "exact", 200, 0.25);
+  const Bounce leapfrog = bounce(free_modes, 15, 5e-4, "central-difference", 200, 0.25);
+  EXPECT_LT(leapfrog.two, 1.5e-2);
+  EXPECT_LT(leapfrog.ten, 2.3e-2);
+  EXPECT_LT(leapfrog.impulse, 2e-3);
+  EXPECT_LT(leapfrog.energy, 1e-3);
+  EXPECT_GT(leapfrog.peak, 0.98);
+  const Bounce trigonometric = bounce(free_modes, 15, 2e-3, "exact", 200, 0.25, 2);
+  EXPECT_LT(trigonometric.two, 1.5e-2);
+  EXPECT_LT(trigonometric.energy, 5e-3);
+  const Bounce with_mass = bounce("basis: craig-bampton", 15, 2e-3, "exact", 200, 0.25);
+  EXPECT_GT(with_mass.energy, 0.5);
+  EXPECT_GT(with_mass.ten, 0.3);
+}
+
+TEST(BouncingBar, DISABLED_Explore) {
+  bounce(free_modes, 30, 5e-4, "central-difference", 1000, 0.25);
+  bounce(free_modes, 30, 5e-4, "exact", 1000, 0.25);
+  bounce(free_modes, 15, 5e-4, "central-difference", 1000, 0.25);
+  bounce(fixed_modes, 30, 5e-4, "exact", 1000, 0.25);
 }
 
 }  // namespace
