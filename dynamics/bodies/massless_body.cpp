@@ -77,7 +77,7 @@ void MasslessBody::predict(double t, double h) {
   for (NodeSet& set : sets_) set.w_end.setZero(), set.force_end.setZero(), set.friction_end.setZero();
   g_end_.setZero();
   for (std::size_t l = 0; l < loads_.size(); ++l) {
-    loads_end_[l] = history_value(loads_[l].history, t + h);
+    loads_end_[l] = loads_[l].history.value(t + h);
     g_end_ += loads_end_[l] * loads_[l].f;
     for (NodeSet& set : sets_) add_rows(loads_[l].Ff, loads_end_[l], set.nodes, set.w_end);
   }
@@ -157,7 +157,7 @@ NodeResponse MasslessBody::response(Index set, double h) const {
   return response;
 }
 
-void MasslessBody::add_force(const Points& forces, const History& history) {
+void MasslessBody::add_force(const Points& forces, const LoadHistory& history) {
   modal_.add_force(forces, history);
   StaticLoad load{Vector::Zero(g_.size()), {}, history};
   for (Index i = 0; i < forces.rows(); ++i) {
@@ -166,7 +166,7 @@ void MasslessBody::add_force(const Points& forces, const History& history) {
       if (row(i, d) >= 0) load.f[row(i, d)] += local[d];
   }
   load.Ff = form_->F * load.f;
-  const double now = history_value(history, t_);
+  const double now = history.value(t_);
   g_ += now * load.f;
   for (NodeSet& set : sets_) add_rows(load.Ff, now, set.nodes, set.w);
   loads_.push_back(std::move(load));
@@ -183,8 +183,7 @@ MotionBound MasslessBody::with_statics(MotionBound bound, Index set) const {
   const NodeSet& its = sets_[set];
   Vector3 spread = its.w.cwiseAbs().colwise().maxCoeff().transpose();
   for (const StaticLoad& load : loads_) {
-    double largest = load.history.value.empty() ? 1 : 0;
-    for (const double value : load.history.value) largest = std::max(largest, std::abs(value));
+    const double largest = load.history.largest();
     Points w = Points::Zero(its.w.rows(), 3);
     add_rows(load.Ff, largest, its.nodes, w);
     spread += w.cwiseAbs().colwise().maxCoeff().transpose();

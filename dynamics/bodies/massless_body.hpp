@@ -46,8 +46,8 @@ class MasslessBody final : public Body {
 
   NodeResponse response(Index set, double h) const override;
   Points nodal_masses(Index set) const override;
-  void add_force(const Points& forces, const History& history) override;
-  void add_gravity(const Vector3& acceleration, const History& history) override { modal_.add_gravity(acceleration, history); }
+  void add_force(const Points& forces, const LoadHistory& history) override;
+  void add_gravity(const Vector3& acceleration, const LoadHistory& history) override { modal_.add_gravity(acceleration, history); }
 
   BodyState state() const override;
   BodyWork work() const override;
@@ -69,7 +69,7 @@ class MasslessBody final : public Body {
   };
   struct StaticLoad {
     Vector f, Ff;  // c
-    History history;
+    LoadHistory history;
   };
 
   Index row(Index node, int d) const { return (*rows_)(node, d) - k_; }  // of F, below 0 for none
