@@ -22,6 +22,8 @@ void SuperelementBody::keep_state(StateArchive& archive) {
   // Newmark: the end of a step gives the next one its accelerations and loads; HHT-alpha looks back one step more
   archive(started_, arrived_, a_, f0_, move_, load_change_);
   archive(late_kick_, late_friction_);
+  if (late_end_kick_.size() != late_kick_.size())
+    for (Vector* kick : {&late_end_kick_, &late_end_friction_}) kick->setZero(late_kick_.size());
 }
 
 void MasslessBody::keep_state(StateArchive& archive) {

@@ -345,12 +345,5 @@ TEST(BouncingBar, MasslessKeepsBouncing) {
   EXPECT_GT(with_mass.ten, 0.3);
 }
 
-TEST(BouncingBar, DISABLED_Explore) {
-  bounce(free_modes, 30, 5e-4, "central-difference", 1000, 0.25);
-  bounce(free_modes, 30, 5e-4, "exact", 1000, 0.25);
-  bounce(free_modes, 15, 5e-4, "central-difference", 1000, 0.25);
-  bounce(fixed_modes, 30, 5e-4, "exact", 1000, 0.25);
-}
-
 }  // namespace
 }  // namespace cbr

@@ -45,8 +45,7 @@ def plot_time_and_error(rows, file):
     for axis, column, title in ((axes[0], "stepping_s", "stepping alone"), (axes[1], "total_s", "the whole run: reading, setup, stepping, writing")):
         for row in rows:
             axis.loglog(row[column], row[ERROR], MARKERS[int(row["r"])], color=KINDS[kind(row)][1], markersize=7, alpha=0.85)
-        axis.annotate("targets:", (TARGETS[1], 0.5), xytext=(-16, 9), textcoords="offset points", fontsize=8, ha="right")
-    axis.axhline(0.5, color="#999999", linestyle=":", linewidth=1)
+        axis.axhline(0.5, color="#999999", linestyle=":", linewidth=1)
         style(axis, title, "seconds", "rms error of the face, % of 1905 m/s x 4.25 us" if axis is axes[0] else "")
     legend(axes[1], rows)
     fig.savefig(file, dpi=110)
