@@ -21,12 +21,16 @@ function(cbr_target target)
   endif()
 endfunction()
 
-# cbr_test(NAME SOURCES a.cpp ... LIBRARIES cbr_common): one GoogleTest program, one ctest entry a test.
+# cbr_test(NAME SOURCES a.cpp ... LIBRARIES cbr_common [READ_TREE a.cpp ...]): one GoogleTest program, one ctest entry a test.
+# READ_TREE names the sources that read files of this tree: they alone are compiled with its path, so that all others can come
+# from a compiler cache that another clone filled.
 function(cbr_test name)
-  cmake_parse_arguments(ARG "" "TIMEOUT" "SOURCES;LIBRARIES" ${ARGN})
+  cmake_parse_arguments(ARG "" "TIMEOUT" "SOURCES;LIBRARIES;READ_TREE" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE ${ARG_LIBRARIES} GTest::gtest_main)
-  target_compile_definitions(${name} PRIVATE CBR_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
+  if(ARG_READ_TREE)
+    set_source_files_properties(${ARG_READ_TREE} PROPERTIES COMPILE_DEFINITIONS CBR_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
+  endif()
   cbr_target(${name} cbr_test_precompiled)
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 600)
 endfunction()
