@@ -122,6 +122,8 @@ Report::Phase::~Phase() { add(report_.phases_, name_, seconds_since(start_)); }
 
 void Report::count(const std::string& name, double amount) { add(counts_, name, amount); }
 
+void Report::part(const std::string& phase, const std::string& name, double seconds) { add(parts_, phase + ": " + name, seconds); }
+
 double Report::seconds(const std::string& phase) const {
   for (const auto& [name, total] : phases_) {
     if (name == phase) return total;
@@ -136,6 +138,9 @@ void Report::timings() {
   for (const auto& [name, total] : phases_) {
     line("  " + name + std::string(width - name.size() + 2, ' ') + format("%10.3f s", total) +
          format("%6.1f %%", all > 0 ? 100 * total / all : 0));
+    for (const auto& [part, seconds] : parts_) {
+      if (part.rfind(name + ": ", 0) == 0) detail("    " + part.substr(name.size() + 2) + format(": %.4f s", seconds));
+    }
   }
   line("  total" + std::string(width - 5 + 2, ' ') + format("%10.3f s", all) + "  peak memory " + human_bytes(peak_memory_bytes()));
 }
@@ -148,6 +153,7 @@ void Report::write_timings() const {
   out << table_header << "\n";
   for (const auto& [name, total] : phases_) out << table_row("phase", name, total);
   out << table_row("phase", "total", seconds_since(start_));
+  for (const auto& [name, seconds] : parts_) out << table_row("part", name, seconds);
   for (const auto& [name, sum] : counts_) out << table_row("count", name, sum);
   out << table_row("count", "peak_memory_bytes", peak_memory_bytes());
   out.close();

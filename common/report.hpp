@@ -46,10 +46,13 @@ class Report {
   Phase phase(std::string name) { return Phase(*this, std::move(name)); }
   double seconds(const std::string& phase) const;  // 0 when there was none
 
+  // What of a phase went into a part of it; named below it, for the file of timings as "PHASE: NAME".
+  void part(const std::string& phase, const std::string& name, double seconds);
+
   // Work that was done, for the file of timings: counted up under this name.
   void count(const std::string& name, double amount);
 
-  // Wall time by phase, total, peak memory.
+  // Wall time by phase (when verbose also their parts), total, peak memory.
   void timings();
   // The same and the counts to the file that --timings names, if any (docs/formats.md). InputError as above. RunError when the disk
   // refuses.
@@ -61,7 +64,7 @@ class Report {
   int n_warnings_ = 0;
   bool in_progress_ = false;
   std::filesystem::path timings_file_;
-  std::vector<std::pair<std::string, double>> phases_, counts_;
+  std::vector<std::pair<std::string, double>> phases_, parts_, counts_;
   std::chrono::steady_clock::time_point start_, last_progress_;
 };
 

@@ -53,6 +53,11 @@ void count_work(const Simulation& simulation, const RunResult& result, Report& r
   report.count("pair_looks", static_cast<double>(result.work.pair_looks));
   report.count("pair_searches", static_cast<double>(result.work.pair_searches));
   report.count("motion_bounds", static_cast<double>(result.work.bounds));
+  report.part("steps", "bodies", result.seconds.bodies);
+  report.part("steps", "search", result.seconds.search);
+  report.part("steps", "response", result.seconds.response);
+  report.part("steps", "contact", result.seconds.contact);
+  report.part("steps", "output", result.seconds.output);
   report.count("outputs", static_cast<double>(result.time.size()));
 }
 

@@ -28,9 +28,21 @@ inline void multiply(const BlockMatrix& A, const Points& x, Points& y, RowThread
   multiply(A, x.data(), y.data(), threads);
 }
 
-// Rows begin .. end - 1 of y = A x alone; component c of row i to f[c * stride + i - begin].
-void multiply_rows(const BlockMatrix& A, const double* x, Index begin, Index end, double* f, Index stride);
-// The same added to f, and x by planes: component c of row j at x[c * x_stride + j].
+// Rows begin .. end - 1 of A x added to f, component c of row i at f[c * stride + i - begin]; x by planes: component c of row j at
+// x[c * x_stride + j].
 void add_rows(const BlockMatrix& A, const double* x, Index x_stride, Index begin, Index end, double* f, Index stride);
+
+// A symmetric matrix by the blocks on and above its diagonal: half of the bytes. Block b is values[9 b .. 9 b + 8], by rows; the
+// first of each row is the diagonal one.
+struct SymmetricBlockMatrix {
+  std::vector<std::int64_t> first;  // n + 1
+  std::vector<std::int32_t> column;
+  std::vector<double> values;  // and one more: four are read at a time
+  Index reach = 0;             // the most of column - row
+  Index rows() const { return static_cast<Index>(first.size()) - 1; }
+};
+
+// P A P^T of a symmetric A of dofs 3 i + c, row i of the result that of node order[i].
+SymmetricBlockMatrix symmetric_block_matrix(const SparseMatrix& A, const std::vector<Index>& order);
 
 }  // namespace cbr

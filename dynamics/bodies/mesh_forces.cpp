@@ -50,13 +50,24 @@ SparseMatrix rest_stiffness(const FiniteElementModel& model, Mesh mesh, const st
   return K;
 }
 
+// Nodes by their place along the longest side of what holds them all: neighbours get numbers that are a cross-section apart.
+std::vector<Index> along_longest_side(const Points& X) {
+  std::vector<Index> order(X.rows());
+  std::iota(order.begin(), order.end(), Index{0});
+  Index axis = 0;
+  (X.colwise().maxCoeff() - X.colwise().minCoeff()).maxCoeff(&axis);
+  std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return X(a, axis) < X(b, axis); });
+  return order;
+}
+
 // On one core: rates that a core of a server of the 2020s reaches, about half of its best.
 double seconds(double bytes, double operations) { return bytes / 15e9 + operations / 30e9; }
 
 }  // namespace
 
-MeshForces::MeshForces(const SparseMatrix& K) : n_(K.rows() / 3), order_(n_), K_(block_matrix(K)) {
+MeshForces::MeshForces(const SparseMatrix& K) : n_(K.rows() / 3), order_(n_) {
   std::iota(order_.begin(), order_.end(), Index{0});
+  K_ = symmetric_block_matrix(K, order_);
 }
 
 MeshForces::MeshForces(const FiniteElementModel& model, const Mesh& mesh, const std::vector<BlockProperties>& properties,
@@ -67,26 +78,30 @@ MeshForces::MeshForces(const FiniteElementModel& model, const Mesh& mesh, const 
   if (!shared_.batches.empty()) {
     n_ = static_cast<Index>(model.nodes.size());
     order_ = shared_.order;
-    if (n_rest > 0) K_ = block_matrix(permuted(rest_stiffness(model, mesh, properties, shared_.rest), order_));
+    if (n_rest > 0) rest_ = block_matrix(permuted(rest_stiffness(model, mesh, properties, shared_.rest), order_));
     if (variant == Variant::shared) return;
-    const double assembled = static_cast<double>(model.K.nonZeros()) / 9 * bytes_of_block;
-    const double rest = static_cast<double>(K_.column.size()) * bytes_of_block;
+    const double assembled = (static_cast<double>(model.K.nonZeros()) / 9 + static_cast<double>(n_)) / 2 * bytes_of_block;
+    const double rest = static_cast<double>(rest_.column.size()) * bytes_of_block;
     if (seconds(time_of_rest * rest, operations()) < seconds(assembled, 0)) return;
   }
-  *this = MeshForces(model.K);
+  *this = MeshForces();
+  n_ = static_cast<Index>(model.nodes.size());
+  order_ = along_longest_side(mesh.coordinates(model.nodes, Eigen::all));
+  K_ = symmetric_block_matrix(model.K, order_);
 }
 
 double MeshForces::estimated_seconds() const { return seconds(bytes(), operations()); }
 
 double MeshForces::bytes() const {
-  return static_cast<double>(K_.column.size()) * bytes_of_block +
+  return static_cast<double>(K_.column.size() + rest_.column.size()) * bytes_of_block +
          static_cast<double>(shared_.batches.size() * sizeof(SharedElements::Batch));
 }
 
 double MeshForces::operations() const {
   // Walsh transforms there and back, eight 3 x 3 products, and the sums into the field, of all lanes
   constexpr double of_box = 2 * 3 * 24 + 8 * 15 + 24;
-  return static_cast<double>(shared_.batches.size() * SharedElements::lanes) * of_box + 18 * static_cast<double>(K_.column.size());
+  return static_cast<double>(shared_.batches.size() * SharedElements::lanes) * of_box +
+         18 * static_cast<double>(2 * K_.column.size() + rest_.column.size());
 }
 
 void MeshForces::each(const Field& u, RowThreads& threads, Work& work, const Use& use) const {
@@ -94,19 +109,31 @@ void MeshForces::each(const Field& u, RowThreads& threads, Work& work, const Use
 }
 
 void MeshForces::each_assembled(const Field& u, RowThreads& threads, Work& work, const Use& use) const {
-  work.x.resize(n_, 3);
+  work.x.resize(4 * n_, 0);
+  work.window.resize(threads.size());
   threads.for_rows(n_, [&](Index begin, Index end) {
     for (Index i = begin; i < end; ++i)
-      for (int c = 0; c < 3; ++c) work.x(i, c) = u(i, c);
+      for (int c = 0; c < 3; ++c) work.x[4 * i + c] = u(i, c);
   });
-  threads.for_rows(n_, [&](Index begin, Index end) {
-    double f[3 * rows_at_a_time];
-    for (Index first = begin; first < end; first += rows_at_a_time) {
-      const Index last = std::min(end, first + rows_at_a_time);
-      multiply_rows(K_, work.x.data(), first, last, f, rows_at_a_time);
-      use(first, last, f, rows_at_a_time);
-    }
-  });
+  threads.run([&](int t) { assembled_part(work.x, threads.part(n_, t), threads.part(n_, t + 1), work.window[t], use); });
+}
+
+// Forces on rows begin .. end - 1. What rows before them add to them is computed here too, so that threads need not wait for each
+// other; a row is whole when all before it are done.
+void MeshForces::assembled_part(const std::vector<double>& x, Index begin, Index end, std::vector<double>& window,
+                                const Use& use) const {
+  const Index stop = std::min(n_, end + K_.reach);
+  window.resize(4 * (stop - begin), 0);
+  // From the last row but `reach` on, in the order in which one thread would
+  const Index from = std::max<Index>(0, begin - K_.reach);
+  symmetric_block_carry(K_, x.data(), from, begin, window.data());
+  double f[3 * rows_at_a_time];
+  for (Index first = begin; first < end; first += rows_at_a_time) {
+    const Index last = std::min(end, first + rows_at_a_time);
+    symmetric_block_products(K_, x.data(), first, last, window.data(), begin, f, rows_at_a_time);
+    use(first, last, f, rows_at_a_time);
+  }
+  std::fill(window.begin() + 4 * (end - begin), window.end(), 0.0);
 }
 
 void MeshForces::each_shared(const Field& u, RowThreads& threads, Work& work, const Use& use) const {
@@ -136,7 +163,7 @@ void MeshForces::shared_part(const Field& u, Index begin, Index end, std::vector
     if (k < next) add_box_forces(shared_, k, next, u.data(), n_, f, stride, first_row);
     const Index whole = next >= last ? end : std::min<Index>(end, batches[next].low);
     if (whole > done) {
-      if (K_.rows() > 0) add_rows(K_, u.data(), n_, done, whole, f + done - first_row, stride);
+      if (rest_.rows() > 0) add_rows(rest_, u.data(), n_, done, whole, f + done - first_row, stride);
       use(done, whole, f + done - first_row, stride);
       clear(done, whole);
       done = whole;

@@ -25,7 +25,7 @@ class MeshForces {
   // and operations say so: docs/decisions/full-mesh.md) by an assembled matrix. model.K must be that of the mesh.
   MeshForces(const FiniteElementModel& model, const Mesh& mesh, const std::vector<BlockProperties>& properties,
              Variant variant = Variant::automatic);
-  // Assembled.
+  // Assembled, rows in the order of the model's nodes.
   explicit MeshForces(const SparseMatrix& K);
 
   Index rows() const { return n_; }
@@ -40,8 +40,8 @@ class MeshForces {
 
   // Room that each body needs of its own.
   struct Work {
-    std::vector<std::vector<double>> window;  // per thread
-    Points x;
+    std::vector<std::vector<double>> window;  // per thread; all zero between steps
+    std::vector<double> x;                    // u by rows of four numbers, the last of them zero
   };
   // Component c of the force on row i, begin <= i < end, is f[c * stride + i - begin].
   using Use = std::function<void(Index begin, Index end, const double* f, Index stride)>;
@@ -53,11 +53,13 @@ class MeshForces {
   void each_shared(const Field& u, RowThreads& threads, Work& work, const Use& use) const;
   void shared_part(const Field& u, Index begin, Index end, std::vector<double>& window, const Use& use) const;
   void each_assembled(const Field& u, RowThreads& threads, Work& work, const Use& use) const;
+  void assembled_part(const std::vector<double>& x, Index begin, Index end, std::vector<double>& window, const Use& use) const;
 
   Index n_ = 0;
   std::vector<Index> order_;
   SharedElements shared_;
-  BlockMatrix K_;  // of the elements that are not shared, in the order above; no rows when there are none
+  BlockMatrix rest_;        // beside shared elements, of those that are not; no rows when there are none
+  SymmetricBlockMatrix K_;  // without shared elements, of all
 };
 
 }  // namespace cbr

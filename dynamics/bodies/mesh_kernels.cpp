@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/bodies/mesh_kernels.hpp"
 
+#include <algorithm>
 #include <array>
 
 namespace cbr {
@@ -88,11 +89,10 @@ CBR_INLINE void leap(const LeapfrogSpan& span, Index n, double s, double h) {
 using Four = double __attribute__((vector_size(32)));
 using StoredFour = double __attribute__((vector_size(32), aligned(8), may_alias));
 
-CBR_INLINE void block_rows(const BlockMatrix& A, const double* x, Index begin, Index end, double* y, Index row_stride,
-                           Index stride) {
+CBR_INLINE void block_rows(const BlockMatrix& A, const double* x, Index begin, Index end, double* y) {
   const double* values = A.values.data();
   const std::int32_t* column = A.column.data();
-  for (Index i = begin; i < end; ++i, y += row_stride) {
+  for (Index i = begin; i < end; ++i, y += 3) {
     Four y0{}, y1{}, y2{};  // of the three columns of the blocks; the fourth entry is the next column's
     for (std::int64_t b = A.first[i]; b < A.first[i + 1]; ++b) {
       const double* block = values + 9 * b;
@@ -102,12 +102,60 @@ CBR_INLINE void block_rows(const BlockMatrix& A, const double* x, Index begin, I
       y2 += *reinterpret_cast<const StoredFour*>(block + 6) * u[2];
     }
     y0 += y1 + y2;
-    y[0] = y0[0], y[stride] = y0[1], y[2 * stride] = y0[2];
+    y[0] = y0[0], y[1] = y0[1], y[2] = y0[2];
+  }
+}
+
+CBR_INLINE const StoredFour& four(const double* at) { return *reinterpret_cast<const StoredFour*>(at); }
+
+// y += B^T u: the fourth number of y gets what nobody reads.
+CBR_INLINE void add_transposed(const double* block, const double* u, double* y) {
+  auto& to = *reinterpret_cast<StoredFour*>(y);
+  to = to + (four(block) * u[0] + four(block + 3) * u[1] + four(block + 6) * u[2]);
+}
+
+CBR_INLINE void symmetric_rows(const SymmetricBlockMatrix& A, const double* x, Index begin, Index end, double* y, Index y_begin,
+                               double* f, Index stride) {
+  const double* values = A.values.data();
+  const std::int32_t* column = A.column.data();
+  for (Index i = begin; i < end; ++i) {
+    std::int64_t b = A.first[i];
+    const double own[3] = {x[4 * i], x[4 * i + 1], x[4 * i + 2]};
+    // Sums over the three rows of the blocks, of four columns each; the fourth is the next row's, times zero
+    Four u = four(x + 4 * i);
+    Four s0 = four(values + 9 * b) * u, s1 = four(values + 9 * b + 3) * u, s2 = four(values + 9 * b + 6) * u;
+    for (++b; b < A.first[i + 1]; ++b) {
+      const double* block = values + 9 * b;
+      const Index j = column[b];
+      u = four(x + 4 * j);
+      s0 += four(block) * u;
+      s1 += four(block + 3) * u;
+      s2 += four(block + 6) * u;
+      add_transposed(block, own, y + 4 * (j - y_begin));
+    }
+    double* row = y + 4 * (i - y_begin);
+    double* to = f + (i - begin);
+    to[0] = row[0] + ((s0[0] + s0[1]) + s0[2]);
+    to[stride] = row[1] + ((s1[0] + s1[1]) + s1[2]);
+    to[2 * stride] = row[2] + ((s2[0] + s2[1]) + s2[2]);
+    *reinterpret_cast<StoredFour*>(row) = Four{};
+  }
+}
+
+CBR_INLINE void carry(const SymmetricBlockMatrix& A, const double* x, Index begin, Index end, double* y) {
+  const auto column = A.column.begin();
+  for (Index i = begin; i < end; ++i) {
+    const double own[3] = {x[4 * i], x[4 * i + 1], x[4 * i + 2]};
+    const auto from = std::lower_bound(column + A.first[i], column + A.first[i + 1], static_cast<std::int32_t>(end));
+    for (auto at = from; at < column + A.first[i + 1]; ++at)
+      add_transposed(A.values.data() + 9 * (at - column), own, y + 4 * (*at - end));
   }
 }
 
 struct Kernels {
   decltype(&block_products) products;
+  decltype(&symmetric_block_products) symmetric;
+  decltype(&symmetric_block_carry) carry;
   decltype(&add_box_forces) boxes;
   decltype(&leapfrog) leap;
 };
@@ -117,15 +165,21 @@ struct Kernels {
 #define CBR_HAS_LEVELS
 #endif
 
-#define CBR_KERNELS(NAME, TARGET)                                                                                              \
-  TARGET void products_##NAME(const BlockMatrix& A, const double* x, Index begin, Index end, double* y, Index row_stride,      \
-                              Index stride) {                                                                                  \
-    block_rows(A, x, begin, end, y, row_stride, stride);                                                                       \
-  }                                                                                                                            \
-  TARGET void boxes_##NAME(const SharedElements& shared, std::size_t first, std::size_t last, const double* u, Index u_stride, \
-                           double* f, Index f_stride, Index f_begin) {                                                         \
-    add_boxes(shared, first, last, u, u_stride, f, f_stride, f_begin);                                                         \
-  }                                                                                                                            \
+#define CBR_KERNELS(NAME, TARGET)                                                                                                \
+  TARGET void products_##NAME(const BlockMatrix& A, const double* x, Index begin, Index end, double* y) {                        \
+    block_rows(A, x, begin, end, y);                                                                                             \
+  }                                                                                                                              \
+  TARGET void symmetric_##NAME(const SymmetricBlockMatrix& A, const double* x, Index begin, Index end, double* y, Index y_begin, \
+                               double* f, Index stride) {                                                                        \
+    symmetric_rows(A, x, begin, end, y, y_begin, f, stride);                                                                     \
+  }                                                                                                                              \
+  TARGET void carry_##NAME(const SymmetricBlockMatrix& A, const double* x, Index begin, Index end, double* y) {                  \
+    carry(A, x, begin, end, y);                                                                                                  \
+  }                                                                                                                              \
+  TARGET void boxes_##NAME(const SharedElements& shared, std::size_t first, std::size_t last, const double* u, Index u_stride,   \
+                           double* f, Index f_stride, Index f_begin) {                                                           \
+    add_boxes(shared, first, last, u, u_stride, f, f_stride, f_begin);                                                           \
+  }                                                                                                                              \
   TARGET void leap_##NAME(const LeapfrogSpan& span, Index n, double s, double h) { leap(span, n, s, h); }
 
 CBR_KERNELS(plain, )
@@ -137,10 +191,10 @@ CBR_KERNELS(v4, __attribute__((target("arch=x86-64-v4"))))
 Kernels best() {
 #ifdef CBR_HAS_LEVELS
   __builtin_cpu_init();
-  if (__builtin_cpu_supports("x86-64-v4")) return {products_v4, boxes_v4, leap_v4};
-  if (__builtin_cpu_supports("x86-64-v3")) return {products_v3, boxes_v3, leap_v3};
+  if (__builtin_cpu_supports("x86-64-v4")) return {products_v4, symmetric_v4, carry_v4, boxes_v4, leap_v4};
+  if (__builtin_cpu_supports("x86-64-v3")) return {products_v3, symmetric_v3, carry_v3, boxes_v3, leap_v3};
 #endif
-  return {products_plain, boxes_plain, leap_plain};
+  return {products_plain, symmetric_plain, carry_plain, boxes_plain, leap_plain};
 }
 
 const Kernels kernels = best();
@@ -152,8 +206,17 @@ void add_box_forces(const SharedElements& shared, std::size_t first, std::size_t
   kernels.boxes(shared, first, last, u, u_stride, f, f_stride, f_begin);
 }
 
-void block_products(const BlockMatrix& A, const double* x, Index begin, Index end, double* y, Index row_stride, Index stride) {
-  kernels.products(A, x, begin, end, y, row_stride, stride);
+void block_products(const BlockMatrix& A, const double* x, Index begin, Index end, double* y) {
+  kernels.products(A, x, begin, end, y);
+}
+
+void symmetric_block_products(const SymmetricBlockMatrix& A, const double* x, Index begin, Index end, double* y, Index y_begin,
+                              double* f, Index stride) {
+  kernels.symmetric(A, x, begin, end, y, y_begin, f, stride);
+}
+
+void symmetric_block_carry(const SymmetricBlockMatrix& A, const double* x, Index begin, Index end, double* y) {
+  kernels.carry(A, x, begin, end, y);
 }
 
 void leapfrog(const LeapfrogSpan& span, Index n, double s, double h) { kernels.leap(span, n, s, h); }

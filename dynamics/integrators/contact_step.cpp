@@ -6,6 +6,7 @@
 
 #include "common/error.hpp"
 #include "dynamics/integrators/contact_group.hpp"
+#include "dynamics/integrators/stopwatch.hpp"
 
 namespace cbr {
 namespace {
@@ -200,13 +201,20 @@ void settle(Simulation& sim, const ContactGroup& group, ContactState& state, Enf
 }
 
 void solve_group(Simulation& sim, const std::vector<Index>& pairs, double h, bool initial, ContactState& state,
-                 ContactOutcome& outcome) {
-  const ContactGroup group = collect(sim, pairs, initial, state);
+                 ContactOutcome& outcome, StepSeconds& seconds) {
+  const ContactGroup group = [&] {
+    const Stopwatch watch(seconds.search);
+    return collect(sim, pairs, initial, state);
+  }();
   if (group.list.empty()) {
     for (const ContactSearch& of : group.searches) forget(*of.memory);
     return;
   }
-  prepare(sim, group, h, state);
+  {
+    const Stopwatch watch(seconds.response);
+    prepare(sim, group, h, state);
+  }
+  const Stopwatch watch(seconds.contact);
   EnforcementResult result = enforce(sim, group, h, state, outcome);
   if (is_newmark(sim, group)) settle(sim, group, state, result);
   book(sim, group, result, state, outcome);
@@ -307,14 +315,14 @@ ContactState start_contact(Simulation& sim) {
 }
 
 void contact_step(Simulation& sim, const std::vector<Index>& due, double h, bool initial, ContactState& state,
-                  ContactOutcome& outcome) {
+                  ContactOutcome& outcome, StepSeconds& seconds) {
   outcome.next_step();
   outcome.searched = due;
   // Penalty knows the start only; impulses see its effect on the end; nodal changes what the others leave.
   for (const Index p : due)
-    if (sim.pairs[p].enforcement == Enforcement::penalty) solve_group(sim, {p}, h, initial, state, outcome);
+    if (sim.pairs[p].enforcement == Enforcement::penalty) solve_group(sim, {p}, h, initial, state, outcome, seconds);
   for (const Enforcement enforcement : {Enforcement::impulse, Enforcement::nodal})
-    for (const auto& pairs : islands(sim, due, enforcement)) solve_group(sim, pairs, h, initial, state, outcome);
+    for (const auto& pairs : islands(sim, due, enforcement)) solve_group(sim, pairs, h, initial, state, outcome, seconds);
   for (const Index p : due) {
     if (!outcome.near[p] || outcome.has_met[p]) continue;
     outcome.has_met[p] = 1;

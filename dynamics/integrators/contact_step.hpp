@@ -40,8 +40,8 @@ struct ContactOutcome {
 ContactState start_contact(Simulation& simulation);
 
 // The bodies of the `due` pairs have been predicted over h and their contact nodes' start and end are filled. Adds impulses to the
-// bodies and updates `end`.
+// bodies and updates `end`. Adds to search, response and contact of `seconds`.
 void contact_step(Simulation& simulation, const std::vector<Index>& due, double h, bool initial, ContactState& state,
-                  ContactOutcome& outcome);
+                  ContactOutcome& outcome, StepSeconds& seconds);
 
 }  // namespace cbr

@@ -98,6 +98,15 @@ struct WorkCounts {
   Index body_steps = 0, pair_looks = 0, pair_searches = 0, bounds = 0;
 };
 
+// Wall time of the parts of the steps.
+struct StepSeconds {
+  double bodies = 0;    // predicted, positions of their contact nodes, accepted
+  double search = 0;    // for constraints of contact
+  double response = 0;  // of the bodies to impulses on their contact nodes: asked when a step's length is new
+  double contact = 0;   // its matrix, impulses, and what they do to the bodies
+  double output = 0;
+};
+
 struct RunResult {
   std::vector<double> time;
   struct OfMonitor {
@@ -122,6 +131,7 @@ struct RunResult {
   double contact_rows = 0;         // constraints with an impulse, summed over the steps
   double scaled_energy_share = 0;  // largest share of all energy at an output that was in modes of scaled mass
   WorkCounts work;
+  StepSeconds seconds;             // of this part of the run, when it was restarted
   double largest_rotation = 0;     // rad
   Index most_rotated = -1;         // index into bodies
   std::optional<double> ended_at;  // the time of the step after which the run was ended; none: it has come to its end

@@ -6,6 +6,7 @@
 #include "dynamics/integrators/pair_schedule.hpp"
 #include "dynamics/integrators/recorder.hpp"
 #include "dynamics/integrators/simulation.hpp"
+#include "dynamics/integrators/stopwatch.hpp"
 
 namespace cbr {
 namespace {
@@ -139,9 +140,7 @@ class TimeLoop {
     for (const Index p : due_) locate(sim_.pairs[p].slave->body, step), locate(sim_.pairs[p].master->body, step);
   }
 
-  // One step of all bodies that take part in a due pair, are pushed, or are not exact.
-  void advance(Index step) {
-    const bool initial = step == 0;
+  void set_out(Index step) {
     moving_.clear();
     std::fill(located_.begin(), located_.end(), 0);
     for (Index b = 0; b < static_cast<Index>(resting_.size()); ++b)
@@ -150,10 +149,23 @@ class TimeLoop {
     locate_due(step);
     schedule_.add_meetings(step, state_, due_);
     locate_due(step);
+  }
+
+  // One step of all bodies that take part in a due pair, are pushed, or are not exact.
+  void advance(Index step) {
+    const bool initial = step == 0;
+    StepSeconds& seconds = recorder_.result().seconds;
+    {
+      const Stopwatch watch(seconds.bodies);
+      set_out(step);
+    }
     // A pair that had points in the last step is searched all the same, so that it forgets them
     std::erase_if(due_, [&](Index p) { return !outcome_.near[p] && schedule_.is_far(p, initial, state_); });
-    contact_step(sim_, due_, plan().step_length(step), initial, state_, outcome_);
-    arrive(step + 1);
+    contact_step(sim_, due_, plan().step_length(step), initial, state_, outcome_, seconds);
+    {
+      const Stopwatch watch(seconds.bodies);
+      arrive(step + 1);
+    }
     recorder_.result().work.body_steps += static_cast<Index>(moving_.size());
     count_contact();
     schedule_.update(step + 1, outcome_);
@@ -183,6 +195,7 @@ class TimeLoop {
   }
 
   void record() {
+    const Stopwatch watch(recorder_.result().seconds.output);
     const double t = plan().time(step_), interval = t - plan().time(recorded_);
     for (Index b = 0; b < static_cast<Index>(sim_.bodies.size()); ++b) bring(b, step_);
     recorder_.record(t, interval, resting_, state_, outcome_);

@@ -1,10 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The benchmarks of `make bench`: bench.py PART ... with PART of machine, t1, projected, reduction, skipping, features, calculix, largest, plots; all but largest without any.
+"""The benchmarks of `make bench`: bench.py PART ... with PART of machine, t1, projected, reduction, interior, skipping, features, calculix,
+largest, plots; all but largest without any.
 
 BIN and BENCH (folders of the programs and of bench_machine), OUT (folder of the CSV files and plots) and as options SMOKE=1 (smallest
-sizes, one run each), REPEATS (3), REFINEMENTS ("1 2 4") come from the environment: tests/benchmarks/Makefile.
+sizes, one run each), REPEATS (3), REFINEMENTS ("1 2 4") come from the environment: tests/benchmarks/Makefile. When each part was
+measured, of which commit and beside how much other work goes into runs.csv.
 """
+import datetime
 import os
 import pathlib
 import subprocess
@@ -12,6 +15,7 @@ import sys
 
 import ccx
 import features
+import interior
 import limits
 import machine
 import plots
@@ -72,6 +76,10 @@ def measure_reduction(settings):
     write_csv(settings.out / "again.csv", again, reduction.AGAIN)
 
 
+def measure_interior(settings):
+    write_csv(settings.out / "interior.csv", interior.measure(settings), interior.COLUMNS)
+
+
 def measure_calculix(settings):
     write_csv(settings.out / "calculix.csv", ccx.measure(settings), ccx.COLUMNS)
 
@@ -93,9 +101,17 @@ def measure_features(settings):
     write_csv(settings.out / "features.csv", *features.measure(settings))
 
 
-PARTS = {"machine": measure_machine, "t1": measure_t1, "projected": measure_projected, "reduction": measure_reduction, "skipping": measure_skipping,
-         "features": measure_features, "calculix": measure_calculix,
-         "largest": measure_largest, "plots": lambda settings: plots.make(settings.out)}
+PARTS = {"machine": measure_machine, "t1": measure_t1, "projected": measure_projected, "reduction": measure_reduction,
+         "interior": measure_interior, "skipping": measure_skipping,
+         "features": measure_features, "calculix": measure_calculix, "largest": measure_largest, "plots": lambda settings: plots.make(settings.out)}
+
+
+def record(settings, part):
+    """A row of runs.csv: the tables of several runs may stand side by side, and this tells."""
+    described = subprocess.run(["git", "-C", pathlib.Path(__file__).parent, "describe", "--always", "--dirty"], capture_output=True, text=True)
+    row = {"part": part, "date": datetime.datetime.now(datetime.timezone.utc).strftime("%Y-%m-%d %H:%M"), "commit": "git " + (described.stdout.strip() or "unknown"),
+           "repeats": settings.repeats, "load": f"{os.getloadavg()[0]:.1f}"}
+    merge(settings.out / "runs.csv", [row], list(row), ("part", part))
 
 
 def main():
@@ -104,6 +120,8 @@ def main():
     for part in wanted:
         if part not in PARTS:
             sys.exit(f"bench.py: no part '{part}'; there are {', '.join(PARTS)}")
+        if part != "plots":
+            record(settings, part)
         PARTS[part](settings)
 
 

@@ -13,6 +13,7 @@ WANTED = {
     "machine.csv": ("value",),
     "projected.csv": ("dofs", "rms_percent", "energy_kept", "energy_of_projection"),
     "reduction.csv": ("seconds", "dofs", "interface_dofs", "factor_nonzeros", "peak_memory_bytes"),
+    "interior.csv": ("dofs", "interface_dofs", "factor_flops", "total_s", "grows_flops", "grows_total"),
     "again.csv": ("first_s", "again_s", "ratio"),
     "skipping.csv": ("bodies", "steps", "total_s", "stepping_s"),
     "features.csv": ("dofs", "steps", "steps_s", "setup_s"),

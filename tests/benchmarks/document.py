@@ -44,10 +44,17 @@ def machine_table(out):
 def t1_table(out):
     rows = [row for row in read_csv(out / "t1.csv") if not row["note"]]
     cells = [[row["row"], row["dofs"], row["steps"], row["contact_steps"], row["rms_percent_of_half_speed"], row["energy_kept"], row["reduction_s"] or "", row["setup_s"],
-              row["stepping_s"], row["speedup"], 100 * row["share_of_limit"], row["peak_memory_bytes"] / 1e6] for row in rows]
-    text = table(["row", "dofs a block", "steps", "near contact", "rms %", "energy kept", "reduction s", "setup s", "stepping s", "x full mesh", "% of the limit", "MB"], cells)
+              row["stepping_s"], row["spread"], row["speedup"], 100 * row["share_of_limit"], row["peak_memory_bytes"] / 1e6] for row in rows]
+    text = table(["row", "dofs a block", "steps", "near contact", "rms %", "energy kept", "reduction s", "setup s", "stepping s", "slowest / fastest run", "x full mesh", "% of the limit", "MB"], cells)
     left_out = [f"- {row['row']}: {row['note']}" for row in read_csv(out / "t1.csv") if row["note"]]
     return text + ("\n\n" + "\n".join(left_out) if left_out else "")
+
+
+def parts_table(out):
+    rows = [row for row in read_csv(out / "t1.csv") if not row["note"] and row["enforcement"] == "impulse" and isinstance(row.get("search_s"), float)]
+    return table(["row", "stepping, ms", "bodies", "search", "response", "contact", "output", "a step near contact, ms", "of it search", "contact"],
+                 [[row["row"], 1e3 * row["stepping_s"], *(1e3 * row[f"{part}_s"] for part in ("bodies", "search", "response", "contact", "output")),
+                   *(1e3 * sum(row[f"{part}_s"] for part in parts) / row["contact_steps"] for parts in (("search", "contact"), ("search",), ("contact",)))] for row in rows])
 
 
 def reduction_table(out):
@@ -55,6 +62,17 @@ def reduction_table(out):
     return table(["component", "phase", "s", "Gflop/s", "% of the limit"],
                  [[row["row"], row["phase"], row["seconds"], row["flop_rate"] / 1e9 if row["flop_rate"] else "",
                    100 * row["share_of_limit"] if row["share_of_limit"] else ""] for row in rows])
+
+
+def interior_table(out):
+    return table(["bar", "dofs", "of interface", "factorisation, Gflop", "factorisation, s", "modes, s", "condensation, s", "total, s", "flops grow", "total grows", "MB"],
+                 [[row["row"], row["dofs"], row["interface_dofs"], row["factor_flops"] / 1e9, row["factorisation_s"], row["modes_s"], row["condensation_s"], row["total_s"],
+                   row["grows_flops"], row["grows_total"], row["peak_memory_bytes"] / 1e6] for row in read_csv(out / "interior.csv") if not row["note"]])
+
+
+def runs_table(out):
+    return table(["part", "measured (UTC)", "commit", "runs of each", "processes before"],
+                 [[row["part"], row["date"], row["commit"], row["repeats"], row["load"]] for row in read_csv(out / "runs.csv")])
 
 
 def skipping_table(out):
@@ -122,6 +140,10 @@ def target_table(out):
     for row in read_csv(out / "skipping.csv"):
         if isinstance(row.get("ratio"), float):
             lines.append([f"{row['row']}: at most {number(row['target'])} times {row['against']}", f"{number(row['ratio'])} times", yes_no(row["reached"] == "yes")])
+    for row in read_csv(out / "interior.csv"):
+        if row["reached"]:
+            lines.append([f"interior {number(row['grows_flops'])} times the factorisation's flops, same interface ({row['row']}): no more than that", f"{number(row['grows_total'])} times",
+                          yes_no(row["reached"] == "yes")])
     for row in read_csv(out / "again.csv"):
         lines.append([f"cbr-reduce again, {row['row']}: at most a fifth", number(row["ratio"]), yes_no(row["reached"] == "yes")])
     for row in read_csv(out / "reduction.csv"):
@@ -130,7 +152,7 @@ def target_table(out):
     return table(["target", "reached", ""], lines)
 
 
-TABLES = {"machine": machine_table, "t1": t1_table, "reduction": reduction_table, "again": again_table, "skipping": skipping_table, "features": features_table,
+TABLES = {"machine": machine_table, "t1": t1_table, "parts": parts_table, "reduction": reduction_table, "interior": interior_table, "runs": runs_table, "again": again_table, "skipping": skipping_table, "features": features_table,
           "targets": target_table, "projected": projected_table, "calculix": calculix_table}
 
 

@@ -14,11 +14,11 @@ class Refused(Exception):
 
 
 def read_table(path):
-    """{'phase': {name: seconds}, 'count': {name: number}} of a file that --timings wrote."""
-    table = {"phase": {}, "count": {}}
+    """{'phase': {name: seconds}, 'part': {"phase: name": seconds}, 'count': {name: number}} of a file that --timings wrote."""
+    table = {"phase": {}, "part": {}, "count": {}}
     with open(path, newline="") as f:
         for row in csv.DictReader(f):
-            table[row["kind"]][row["name"]] = float(row["value"])
+            table.setdefault(row["kind"], {})[row["name"]] = float(row["value"])
     return table
 
 

@@ -14,8 +14,9 @@ SPEED, CONTACT, END = 3810.0, 4.25e-6, 1.2e-5  # m/s, s; contact lasts so long i
 CENTRE = 0.0051  # x of the plane of symmetry at the start; it moves with SPEED / 2
 HERE = pathlib.Path(__file__).resolve().parent
 
+PARTS = ("bodies", "search", "response", "contact", "output")  # of the steps
 COLUMNS = ["row", "r", "model", "modes", "pick", "enforcement", "step_option", "dofs", "steps", "step_s", "contact_steps", "mean_rows", "rms_percent",
-           "rms_percent_of_half_speed", "energy_kept", "read_s", "setup_s", "stepping_s", "write_s", "total_s", "user_s", "spread", "limit_s", "share_of_limit", "read_limit_s",
+           "rms_percent_of_half_speed", "energy_kept", "read_s", "setup_s", "stepping_s", "write_s", "total_s", "user_s", "spread", *(f"{part}_s" for part in PARTS), "limit_s", "share_of_limit", "read_limit_s",
            "reduction_s", "peak_memory_bytes", "speedup", "note"]
 
 SCENE = """materials:
@@ -175,6 +176,7 @@ class Case:
             "rms_percent": rms, "rms_percent_of_half_speed": 2 * rms, "energy_kept": energy, "read_s": median(tables, "phase", "read"),
             "setup_s": median(tables, "phase", "setup"), "stepping_s": stepping, "write_s": median(tables, "phase", "write"),
             "total_s": median(tables, "phase", "total"), "user_s": median(tables, "user", None), "spread": spread(tables, "phase", "steps"),
+            **{f"{part}_s": median(tables, "part", f"steps: {part}") for part in PARTS},
             "limit_s": limit, "share_of_limit": limit / stepping, "read_limit_s": limits.reading(rates, self.bytes_to_read()),
             "peak_memory_bytes": median(tables, "count", "peak_memory_bytes"),
             "reduction_s": self.reduction["phase"]["total"] if self.reduction else 0.0, "note": "",

@@ -76,8 +76,8 @@ CHECKPOINTS = [
 
 
 def timings(file):
-    """{"phase": {name: seconds}, "count": {name: number}}"""
-    table = {"phase": {}, "count": {}}
+    """{"phase": {name: seconds}, "part": {name: seconds}, "count": {name: number}}"""
+    table = {"phase": {}, "part": {}, "count": {}}
     with open(file) as text:
         for row in csv.DictReader(text):
             table[row["kind"]][row["name"]] = float(row["value"])

@@ -69,6 +69,7 @@ TEST(Report, timingsGoToAFile) {
     const auto phase = report.phase(name);
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
+  report.part("sleeping", "dreams", 1e-3);
   report.count("steps", 3);
   report.count("steps", 0.5);
   EXPECT_FALSE(std::filesystem::exists(file));  // nothing before the end
@@ -76,9 +77,10 @@ TEST(Report, timingsGoToAFile) {
   const auto table = read_table(file);
   EXPECT_EQ(table.at("phase,sleeping"), report.seconds("sleeping"));
   EXPECT_GE(table.at("phase,total"), table.at("phase,sleeping") + table.at("phase,waiting"));
+  EXPECT_EQ(table.at("part,sleeping: dreams"), 1e-3);
   EXPECT_EQ(table.at("count,steps"), 3.5);
   EXPECT_GT(table.at("count,peak_memory_bytes"), 1e6);
-  EXPECT_EQ(table.size(), 5u);
+  EXPECT_EQ(table.size(), 6u);
   Report("cbr-test", Verbosity::quiet).write_timings();  // to no file: nothing
   EXPECT_EQ(folder.n_entries(), 1u);
 }

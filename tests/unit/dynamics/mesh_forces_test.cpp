@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <numeric>
 #include <random>
 
 #include "tests/unit/dynamics/bricks.hpp"
@@ -93,6 +95,25 @@ TEST(MeshForces, NothingIsSharedOfADistortedMesh) {
   const MeshForces forces(fe, mesh, properties);
   EXPECT_EQ(forces.n_shared_elements(), 0);
   expect_product(fe, forces);
+}
+
+// The half of the matrix that is stored, with numbers of nodes that have nothing to do with their places: rows reach over several
+// threads' parts, and with 7 threads parts are shorter than the reach.
+TEST(MeshForces, HalfOfTheMatrixServesAnyNumbering) {
+  Mesh mesh = test::brick({9, 5, 4}, Vector3(1, 0.7, 0.9));
+  std::mt19937 random(4);
+  mesh.coordinates += random_points(random, mesh.coordinates.rows(), 0.01);
+  std::vector<Index> place(mesh.coordinates.rows());
+  std::iota(place.begin(), place.end(), Index{0});
+  std::shuffle(place.begin(), place.end(), random);
+  const Points X = mesh.coordinates;
+  for (std::size_t i = 0; i < place.size(); ++i) mesh.coordinates.row(place[i]) = X.row(static_cast<Index>(i));
+  for (Index& node : mesh.blocks[0].connectivity.reshaped()) node = place[node];
+  mesh.sidesets.clear();
+  const std::vector<BlockProperties> properties{{steel, Hex8Formulation::incompatible}};
+  const FiniteElementModel fe = assemble(mesh, properties, MassKind::lumped);
+  expect_product(fe, MeshForces(fe, mesh, properties));
+  expect_product(fe, MeshForces(fe.K));
 }
 
 TEST(MeshForces, ATranslationMakesNoForceToTheLastBit) {
