@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "common/scene_words.hpp"
+#include "dynamics/output/basis_energy.hpp"
 #include "dynamics/output/results.hpp"
 
 namespace cbr {
@@ -243,6 +244,7 @@ void summarise(const BuiltScene& built, const RunResult& result, Report& report)
   line << ", total energy " << result.total.front() << " -> " << result.total.back();
   if (built.momentum_is_kept) line << "; drift of momentum " << b.momentum << ", of angular momentum " << b.angular_momentum;
   report.line(line.str());
+  if (const auto outside = energy_outside_basis(built, result)) report.line(text_of(*outside, built.momentum_is_kept));
   contact_lines(built, report);
   for (const std::string& note : built.notes) report.line("note: " + note);
   if (!(b.energy <= 1e-8))
