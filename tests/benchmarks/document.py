@@ -42,7 +42,7 @@ def machine_table(out):
 
 
 def t1_table(out):
-    rows = [row for row in read_csv(out / "t1.csv") if not row["note"]]
+    rows = sorted((row for row in read_csv(out / "t1.csv") if not row["note"]), key=lambda row: row["r"])
     cells = [[row["row"], row["dofs"], row["steps"], row["contact_steps"], row["rms_percent_of_half_speed"], row["energy_kept"], row["reduction_s"] or "", row["setup_s"],
               row["stepping_s"], row["spread"], row["speedup"], 100 * row["share_of_limit"], row["peak_memory_bytes"] / 1e6] for row in rows]
     text = table(["row", "dofs a block", "steps", "near contact", "rms %", "energy kept", "reduction s", "setup s", "stepping s", "slowest / fastest run", "x full mesh", "% of the limit", "MB"], cells)
