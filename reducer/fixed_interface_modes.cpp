@@ -21,27 +21,16 @@ constexpr double relative_gap = 1e-7;
 // Minutes of dense work and 5 GB, as a last resort.
 constexpr Index largest_dense = 15000;
 
-// Lower triangle of K_II - sigma M_II.
-SparseMatrix shifted(const Partition& p, double sigma) {
-  SparseMatrix A = p.K_II.triangularView<Eigen::Lower>();
-  if (p.lumped) {
-    A.diagonal() -= sigma * Vector(p.M_II.diagonal());
-  } else {
-    A -= SparseMatrix(sigma * SparseMatrix(p.M_II.triangularView<Eigen::Lower>()));
-  }
-  return A;
-}
-
 // Whether a count would fit this machine beside the matrices and the factor.
 bool count_fits(const Partition& p, const SparseCholesky& factor) {
   const double memory = static_cast<double>(::sysconf(_SC_PHYS_PAGES)) * static_cast<double>(::sysconf(_SC_PAGE_SIZE));
-  return factor.bytes() + front_bytes(factor.tree()) + 32 * static_cast<double>(p.K_II.nonZeros()) < 0.9 * memory;
+  return factor.bytes() + front_bytes(factor.tree()) + 16 * static_cast<double>(p.K_II.nonZeros()) < 0.9 * memory;
 }
 
 // Number of eigenvalues of (K_II, M_II) below sigma; a shift that hits an eigenvalue is moved up by a hair.
 Index inertia_below(const Partition& p, const SparseCholesky& factor, double sigma) {
   for (int attempt = 0; attempt < 5; ++attempt) {
-    const Index count = negative_inertia(shifted(p, sigma), &factor);
+    const Index count = negative_inertia(p.K_II, sigma, p.M_II, factor);
     if (count >= 0) return count;
     sigma *= 1 + 1e-10;
   }

@@ -361,14 +361,23 @@ Index negative_inertia(const SparseMatrix& A, const SparseCholesky* like) {
     return negative_inertia(compressed, like);
   }
   if (like != nullptr && like->ok()) {
-    const auto count = count_negative_pivots(like->tree(), A, vanishing_pivot);
+    const auto count = count_negative_pivots(like->tree(), {A}, vanishing_pivot);
     if (count) return *count;
   }
   Cholmod cholmod(CHOLMOD_SUPERNODAL);
   cholmod.analyze(A);
-  const auto count = count_negative_pivots(SupernodeTree(cholmod.view()), A, vanishing_pivot);
+  const auto count = count_negative_pivots(SupernodeTree(cholmod.view()), {A}, vanishing_pivot);
   assert(count);
   return *count;
+}
+
+Index negative_inertia(const SparseMatrix& K, double sigma, const SparseMatrix& M, const SparseCholesky& like) {
+  if (K.rows() == 0) return 0;
+  if (like.ok()) {
+    const auto count = count_negative_pivots(like.tree(), {K, sigma, &M}, vanishing_pivot);
+    if (count) return *count;
+  }
+  return negative_inertia(SparseMatrix(K - sigma * M));
 }
 
 }  // namespace cbr

@@ -58,8 +58,10 @@ FactorCost factor_cost(const SparseMatrix& nodes, Index dofs);
 
 // Number of negative pivots of L D L^T = A, by Sylvester the number of eigenvalues below zero; -1 when a pivot vanished, which
 // for A = K - sigma M means that sigma is an eigenvalue (to round-off) or that the order of elimination met a singular leading
-// part: move sigma a little. Costs about as much as a factorisation. `like`: the factor of a matrix with (at least) the pattern of
-// A, whose order of elimination then serves; where A has an entry that it lacks a new order is found.
+// part: move sigma a little. Costs about as much as a factorisation. Both triangles are stored. `like`: the factor of a matrix with
+// (at least) the pattern of A, whose order of elimination then serves; where A has an entry that it lacks a new order is found.
 Index negative_inertia(const SparseMatrix& A, const SparseCholesky* like = nullptr);
+// Of K - sigma M, which is not formed with a `like` that serves.
+Index negative_inertia(const SparseMatrix& K, double sigma, const SparseMatrix& M, const SparseCholesky& like);
 
 }  // namespace cbr

@@ -18,39 +18,14 @@ namespace {
 // Pivots eliminated one by one before a product takes over; columns of a product with one triangle of its result.
 constexpr Index pivot_block = 32, update_block = 192;
 
-// P A P^T, lower triangle by columns.
-SparseMatrix permuted_lower(const SparseMatrix& A, const Index* order) {
-  const Index n = A.rows();
-  std::vector<Index> place(static_cast<std::size_t>(n)), next(static_cast<std::size_t>(n) + 1, 0);
-  for (Index i = 0; i < n; ++i) place[static_cast<std::size_t>(order[i])] = i;
-  const auto each = [&](auto action) {
-    for (Index c = 0; c < n; ++c) {
-      for (SparseMatrix::InnerIterator it(A, c); it; ++it) {
-        if (it.row() < c || it.value() == 0) continue;
-        const Index i = place[static_cast<std::size_t>(it.row())], j = place[static_cast<std::size_t>(c)];
-        action(std::max(i, j), std::min(i, j), it.value());
-      }
-    }
-  };
-  each([&](Index, Index j, double) { ++next[static_cast<std::size_t>(j) + 1]; });
-  for (std::size_t j = 1; j < next.size(); ++j) next[j] += next[j - 1];
-  SparseMatrix B(n, n);
-  B.resizeNonZeros(next.back());
-  std::copy(next.begin(), next.end(), B.outerIndexPtr());
-  each([&](Index i, Index j, double value) {
-    const Index k = next[static_cast<std::size_t>(j)]++;
-    B.innerIndexPtr()[k] = i;
-    B.valuePtr()[k] = value;
-  });
-  return B;
-}
-
-// A - L W^T on the lower triangle of A (m x m), in blocks of columns.
-void subtract_lower(const Eigen::Ref<const Matrix>& L, const Eigen::Ref<const Matrix>& W, Eigen::Ref<Matrix> A) {
+// A - L D L^T on the lower triangle of A (m x m), in blocks of columns.
+void subtract_lower(const Eigen::Ref<const Matrix>& L, const Vector& D, Matrix& A) {
   const Index m = A.rows();
+  Matrix W;
   for (Index j = 0; j < m; j += update_block) {
     const Index columns = std::min(update_block, m - j);
-    A.block(j, j, m - j, columns).noalias() -= L.bottomRows(m - j) * W.middleRows(j, columns).transpose();
+    W = L.middleRows(j, columns) * D.asDiagonal();
+    A.block(j, j, m - j, columns).noalias() -= L.bottomRows(m - j) * W.transpose();
   }
 }
 
@@ -100,14 +75,19 @@ std::vector<Front> fronts_of(const SupernodeTree& tree) {
 
 class Counter {
  public:
-  Counter(const SupernodeTree& tree, const SparseMatrix& A, double vanishing)
-      : f_(tree.factor()), fronts_(fronts_of(tree)), A_(permuted_lower(A, f_.order)), updates_(fronts_.size()) {
-    limit_.resize(static_cast<std::size_t>(f_.n), 0.0);
+  Counter(const SupernodeTree& tree, const ShiftedMatrix& A, double vanishing)
+      : f_(tree.factor()), fronts_(fronts_of(tree)), A_(A), updates_(fronts_.size()) {
+    const auto n = static_cast<std::size_t>(f_.n);
+    place_.resize(n);
+    limit_.assign(n, 0.0);
     double scale = 0;
     for (Index j = 0; j < f_.n; ++j) {
-      for (SparseMatrix::InnerIterator it(A_, j); it; ++it)
-        if (it.row() == j) limit_[static_cast<std::size_t>(j)] = std::abs(it.value());
-      scale = std::max(scale, limit_[static_cast<std::size_t>(j)]);
+      const Index c = f_.order[j];
+      double diagonal = 0;
+      A_.each(c, [&](Index row, double value) { diagonal += row == c ? value : 0; });
+      place_[static_cast<std::size_t>(c)] = j;
+      limit_[static_cast<std::size_t>(j)] = std::abs(diagonal);
+      scale = std::max(scale, std::abs(diagonal));
     }
     for (double& limit : limit_) limit = vanishing * std::max(limit, std::numeric_limits<double>::epsilon() * scale);
     children_.resize(fronts_.size());
@@ -199,22 +179,23 @@ class Counter {
     for (Index i = 0; i < height; ++i) position[static_cast<std::size_t>(rows[i])] = -1;
     if (!fine() || !eliminate_columns(own.first, F)) return;
     if (below == 0) return;
-    // rest <- rest - L_2 D L_2^T
-    const Matrix W = F.bottomRows(below) * F.diagonal().asDiagonal();
-    subtract_lower(F.bottomRows(below), W, rest);
+    subtract_lower(F.bottomRows(below), F.diagonal(), rest);
     updates_[static_cast<std::size_t>(s)] = std::move(rest);
   }
 
   void assemble(Index s, const std::vector<Index>& position, Matrix& F) {
     for (Index j = 0; j < F.cols(); ++j) {
-      for (SparseMatrix::InnerIterator it(A_, fronts_[static_cast<std::size_t>(s)].first + j); it; ++it) {
-        const Index i = position[static_cast<std::size_t>(it.row())];
+      const Index column = fronts_[static_cast<std::size_t>(s)].first + j;
+      A_.each(f_.order[column], [&](Index row, double value) {
+        const Index place = place_[static_cast<std::size_t>(row)];
+        if (place < column || value == 0) return;
+        const Index i = position[static_cast<std::size_t>(place)];
         if (i < 0) {
           foreign_ = true;
-          return;
+        } else {
+          F(i, j) += value;
         }
-        F(i, j) += it.value();
-      }
+      });
     }
   }
 
@@ -264,7 +245,8 @@ class Counter {
 
   const SupernodalFactor& f_;
   std::vector<Front> fronts_;  // children before their parents
-  SparseMatrix A_;
+  ShiftedMatrix A_;
+  std::vector<Index> place_;                  // in the order of elimination, of each row of A
   std::vector<double> limit_;                 // per pivot
   std::vector<std::vector<Index>> children_;  // per front, ascending
   std::vector<Matrix> updates_;               // lower triangles
@@ -276,8 +258,8 @@ class Counter {
 
 }  // namespace
 
-std::optional<Index> count_negative_pivots(const SupernodeTree& tree, const SparseMatrix& A, double vanishing) {
-  assert(A.rows() == tree.factor().n);
+std::optional<Index> count_negative_pivots(const SupernodeTree& tree, const ShiftedMatrix& A, double vanishing) {
+  assert(A.K.rows() == tree.factor().n);
   return Counter(tree, A, vanishing).run();
 }
 
@@ -288,7 +270,7 @@ double front_bytes(const SupernodeTree& tree) {
   for (std::size_t s = 0; s < fronts.size(); ++s) {
     const auto columns = static_cast<double>(fronts[s].columns), below = static_cast<double>(fronts[s].below());
     const double update = 8 * below * below;
-    most = std::max(most, held + update + 8 * (columns + 2 * below) * columns);
+    most = std::max(most, held + update + 8 * (columns + below + update_block) * columns);
     held += update - waiting[s];
     if (fronts[s].parent >= 0) waiting[static_cast<std::size_t>(fronts[s].parent)] += update;
   }
