@@ -63,19 +63,24 @@ def poisson_low(folder):
     return each_kind(folder, lambda kind: box((3, 3, 3), kind=kind), 3e-12, nu=-0.99)
 
 
-@row(CHAPTER, "Poisson's ratio 0.4999: a bar in bending, tip deflection against a beam's")
+@row(CHAPTER, "A known weakness, not a proof of soundness: a bar of one hex in 12 in bending, tip deflection over a beam's, as Poisson's ratio nears 0.5; "
+              "hex8-incompatible does better than the two others, a ratio of 0.3 or finer hexes do better than 0.4999")
 def bending(folder):
-    material, answers = dict(STEEL, poissons_ratio=0.4999), []
-    for element, bound in (("hex8-incompatible", 0.3), ("hex8", None)):
-        made = folder.superelement(box((12, 1, 1), (12, 1, 1)), ["x_min", "x_max"], 0, material, element=element).done()
+    def ratio(element, nu, n=(12, 1, 1)):
+        made = folder.superelement(box(n, (12, 1, 1)), ["x_min", "x_max"], 0, dict(STEEL, poissons_ratio=nu), element=element).done()
         x, K = made["nodes/coordinates"], made["matrices/K_cc"]
-        free = np.repeat(x[:, 0] > 6, 3)
+        end = x[:, 0] > 6
         f = np.zeros((len(x), 3))
-        f[x[:, 0] > 6, 2] = 0.25
+        f[end, 2] = 1 / end.sum()
+        free = np.repeat(end, 3)
         u = np.linalg.solve(K[np.ix_(free, free)], f.ravel()[free]).reshape(-1, 3)
-        ratio = u[:, 2].mean() / (12**3 / (3 * 100 / 12) + 12 * 1.2 / (100 / 2.9998))
-        answers.append((element, *(below(abs(ratio - 1), bound) if bound else holds(f"{ratio:.1g} of it: locks, known", "between 0 and 1", 0 < ratio < 1))))
-    return answers
+        return u[:, 2].mean() / (12**3 / (3 * 100 / 12) + 12 * 1.2 / (100 / (2 * (1 + nu))))
+    good, fine = ratio("hex8-incompatible", 0.4999), ratio("hex8-incompatible", 0.4999, (24, 2, 2))
+    usual, locked, soft = ratio("hex8-incompatible", 0.3), ratio("hex8", 0.4999), ratio("hex8-hourglass", 0.4999)
+    return [("hex8-incompatible, 0.3", *holds(f"{usual:.3f}", "0.98 to 1.02", abs(usual - 1) < 0.02)),
+            ("hex8-incompatible, 0.4999", *holds(f"{good:.3f}, with hexes of half the size {fine:.3f}", "0.75 to 1, the second nearer to 1", 0.75 < good < fine < 1)),
+            ("hex8, 0.4999", *holds(f"{locked:.2g}: locks", "above 0, below hex8-incompatible's", 0 < locked < good)),
+            ("hex8-hourglass, 0.4999", *holds(f"{soft:.2g}: locks", "above 0, below hex8-incompatible's", 0 < soft < good))]
 
 
 @row(CHAPTER, "Aspect ratio 1e4 (flat): uniform stress, error of the forces")

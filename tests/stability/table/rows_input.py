@@ -28,7 +28,7 @@ def units(folder):
         for name, factors in (("micrometres", (1e6, 1, 1)), ("kilometres", (1e-3, 1, 1)), ("megametres", (1e-6, 1, 1)), ("micrograms", (1, 1e9, 1)),
                               ("gigagrams", (1, 1e-9, 1)), ("nanoseconds", (1, 1, 1e9)), ("years", (1, 1, 3e-8)), ("mm t s", (1e3, 1e-3, 1))):
             other = impact_in(folder, kind, *factors)
-            answers.append((f"{name}, {kind}", *below(np.abs(other - one).max() / np.abs(one).max(), 5e-12)))
+            answers.append((f"{name}, {kind}", *below(np.abs(other - one).max() / np.abs(one).max(), 8e-14)))
     return answers
 
 
@@ -39,7 +39,7 @@ def magnitudes(folder):
         one = impact_in(folder, kind)
         for mass in (1e-150, 1e-100, 1e100, 1e150):
             other = impact_in(folder, kind, mass=mass)
-            answers.append((f"masses by {mass:g}, {kind}", *below(np.abs(other - one).max() / np.abs(one).max(), 5e-12)))
+            answers.append((f"masses by {mass:g}, {kind}", *below(np.abs(other - one).max() / np.abs(one).max(), 8e-14)))
     return answers
 
 
@@ -55,7 +55,7 @@ def extreme_material(folder):
                     answers.append((f"{key} {value:g}, {kind}", *refused(ran, key)))
                     continue
                 p = ran.done()["instances/a/momentum"]
-                answers.append((f"{key} {value:g}, {kind}", *below(np.abs(p - p[0]).max() / np.abs(p[0]).max(), 1e-12)))
+                answers.append((f"{key} {value:g}, {kind}", *below(np.abs(p - p[0]).max() / np.abs(p[0]).max(), 1e-14)))
     return answers
 
 

@@ -31,7 +31,7 @@ def form_error(made):
     return np.abs(V.T @ M @ V - np.eye(len(V))).max()
 
 
-def sound(made, bound=1e-12):
+def sound(made, bound=2e-14):
     """Six rigid motions, and a diagonal form that is one."""
     n_zero = int((made["diagonal/omega"] == 0).sum())
     figure, limit, held = below(form_error(made), bound)
@@ -124,14 +124,23 @@ def few_nodes(folder):
 
 @row(CHAPTER, "Interface of three nodes off one line: orthogonality of the diagonal form")
 def three_nodes(folder):
-    return sound(folder.superelement(with_points(box((3, 3, 3)), tip=[0, 1, 5]), ["tip"]).done())
+    return sound(folder.superelement(with_points(box((3, 3, 3)), tip=[0, 1, 5]), ["tip"]).done(), 1e-12)
 
 
-@row(CHAPTER, "Interface of three nodes nearly on a line (1e-6 off): orthogonality of the diagonal form")
+@row(CHAPTER, "A known weakness, not a proof of soundness: interfaces of three nodes, nearly on one line: orthogonality of the diagonal form is lost with the "
+              "condition of the reduced mass, which is told where it is above 1e12; a fourth node off the line (or, above, a wide interface) does better")
 def nearly_on_line(folder):
-    part = with_points(box((3, 3, 3)), tip=[0, 1, 3])
-    part.nodes[1] += [0, 1e-6, 0]
-    return sound(folder.superelement(part, ["tip"]).done(), 1e-2)
+    answers = []
+    for off, bound, nodes in ((1e-2, 1e-9, [0, 1, 3]), (1e-4, 1e-5, [0, 1, 3]), (1e-6, 0.09, [0, 1, 3]), (1e-6, 5e-13, [0, 1, 3, 5])):
+        part = with_points(box((3, 3, 3)), tip=nodes)
+        part.nodes[1] += [0, off, 0]
+        made = folder.superelement(part, ["tip"]).done()
+        figure, limit, held = sound(made, bound)
+        told = made.warned("the reduced mass is ill-conditioned")
+        must = bound > 1e-2
+        answers.append((f"{off:g}" + (", and a fourth node off it" if len(nodes) > 3 else ""), f"{figure}; {'told' if told else 'not told'}",
+                        limit + ("; told" if must else ""), held and (told or not must)))
+    return answers
 
 
 @row(CHAPTER, "All nodes as interface: rigid motions and the diagonal form")
@@ -234,4 +243,4 @@ def smallest(folder):
     answers = [(name, *sound(folder.superelement(part, sets, 0).done())) for name, part, sets in (("a tet", tet, ["all"]), ("a hex", box((1, 1, 1)), ["x_min", "x_max"]))]
     made = folder.superelement(two, ["all"], 0).done()
     n_zero = int((made["diagonal/omega"] == 0).sum())
-    return answers + [("two tets", *holds(f"{form_error(made):.0e}; {n_zero} zeros; {made.warnings()[0]}", "1e-12; 9, told", n_zero == 9 and made.warned("without stiffness")))]
+    return answers + [("two tets", *holds(f"{form_error(made):.0e}; {n_zero} zeros; {made.warnings()[0]}", "2e-14; 9, told", n_zero == 9 and form_error(made) < 2e-14 and made.warned("without stiffness")))]
