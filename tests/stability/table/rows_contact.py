@@ -50,7 +50,7 @@ def reduced_mass(*arms):
     return 1 / (2 * (1 + 6 * sum(arm**2 for arm in arms)))
 
 
-def impact(ran, gain=1e-3, mass=FACE, speed=0.1, axis=0, lost=0.5, body="b"):
+def impact(ran, gain=1e-12, mass=FACE, speed=0.1, axis=0, lost=0.5, body="b"):
     """Momentum kept to round-off; no energy gained; and a hit, no less: measured by the plastic hit of rigid bodies of this reduced mass
     and speed of approach, 0 being no contact at all, `body` is given its impulse at least (it is twice that in an elastic one), and of its
     loss of energy `lost` is lost at most, and something, by contact. What is lost is what mesh or basis cannot hold: of a mesh of two layers
@@ -60,7 +60,7 @@ def impact(ran, gain=1e-3, mass=FACE, speed=0.1, axis=0, lost=0.5, body="b"):
     given, taken = abs(p[-1] - p[0]) / (mass * speed), (E[0] - E[-1]) / (0.5 * mass * speed**2)
     touched = abs(ran["energy/work_contact"]).max() > 0
     return (f"momentum {off:.0e}, energy {gained:.0e}; impulse {given:.2f}, loss {taken:.2f} of a plastic hit's" + ("" if touched else ", no contact"),
-            f"1e-12, {gain:g}; from 1, to {lost:.2g}", off < 1e-12 and gained < gain and touched and given >= 1 and -2 * gain * E[0] < taken * 0.5 * mass * speed**2
+            f"4e-14, {gain:g}; from 1, to {lost:.2g}", off < 4e-14 and gained < gain and touched and given >= 1 and -2 * gain * E[0] < taken * 0.5 * mass * speed**2
             and taken <= lost)
 
 
@@ -82,7 +82,7 @@ def many_floors(folder):
         sink = max(ran[f"contact/a.z_min - floor{i}/penetration"].max() for i in range(n))
         weight = 0.1 * 1.0
         mean = force[10:].mean()
-        return holds(f"{mean / weight:.2f} of the weight, {sink:.0e}", "0.9 to 1.1, 1e-12", 0.9 < mean / weight < 1.1 and sink < 1e-12)
+        return holds(f"{mean / weight:.2f} of the weight, {sink:.0e}", "0.9 to 1.1, 1e-17", 0.9 < mean / weight < 1.1 and sink < 1e-17)
     return both(run)
 
 
@@ -193,7 +193,7 @@ def fast(folder):
             return refused(ran, "step", code=ran.code)
         gap = (ran.done()["surfaces/b.x_min/mean_position"] - ran["surfaces/a.x_max/mean_position"])[:, 0]
         figure, bound, held = impact(ran, speed=60)
-        return f"{figure}; least distance of the faces {gap.min():.0e}", f"{bound}; -1e-9", held and gap.min() > -1e-9
+        return f"{figure}; least distance of the faces {gap.min():.0e}", f"{bound}; -4e-14", held and gap.min() > -4e-14
     return both(run)
 
 
@@ -254,7 +254,7 @@ def stack(folder):
                                walls={"floor": {"plane": {"point": [0, 0, 0], "normal": [0, 0, 1]}}}, loads=[{"gravity": [0, 0, -g]}])).done()
         force = ran["contact/b0.z_min - floor/force"][:, 2].mean() / (n * g)
         sag, deep = n * n * g / 100 / 2, max(ran[f"contact/b{i}.z_max - b{i + 1}.z_min/penetration"].max() for i in range(n - 1))
-        return holds(f"{force:.2f} of the weight, {deep / sag:.0e}", "0.9 to 1.1, 1e-9", 0.9 < force < 1.1 and deep < 1e-9 * sag)
+        return holds(f"{force:.2f} of the weight, {deep / sag:.0e}", "0.9 to 1.1, 3e-15", 0.9 < force < 1.1 and deep < 3e-15 * sag)
     return both(run)
 
 

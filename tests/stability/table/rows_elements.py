@@ -104,14 +104,14 @@ def graded(folder):
     return each_kind(folder, lambda kind: box((4, 2, 2), kind=kind, map=grow), 3e-8)
 
 
-def contrast(folder, ratio, density_ratio=1.0, clamp=("x_min",), modes=1):
+def contrast(folder, ratio, density_ratio=1.0, clamp=("x_min",), modes=1, **more):
     """Two half bars of different material, held at one end."""
     part = join(box((4, 1, 1), block="soft"), box((4, 1, 1), origin=(1, 0, 0), block="stiff"))
     part.faces["joint"] = part.faces["x_min"][1:]
     part.faces["x_min"], part.faces["x_max"] = part.faces["x_min"][:1], part.faces["x_max"][1:]
     scene = {"materials": {"soft": {"youngs_modulus": 100.0, "poissons_ratio": 0.0, "density": 1.0},
                            "stiff": {"youngs_modulus": 100.0 * ratio, "poissons_ratio": 0.0, "density": density_ratio}},
-             "components": {"block": {"mesh": folder.mesh(part, sets=["x_min", "x_max"]), "reduction": {"interface": list(clamp), "modes": modes},
+             "components": {"block": {"mesh": folder.mesh(part, sets=["x_min", "x_max"]), "reduction": {"interface": list(clamp), "modes": modes, **more},
                                       "blocks": {"soft": {"material": "soft"}, "stiff": {"material": "stiff"}}}},
              "instances": {"a": {"component": "block"}}}
     return folder.reduce(scene)

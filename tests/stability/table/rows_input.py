@@ -11,12 +11,13 @@ from table import below, holds, refused, row
 UNITS, BAD = "Units and magnitudes", "Bad input"
 
 
-def impact_in(folder, kind, length=1.0, mass=1.0, time=1.0):
+def impact_in(folder, kind, length=1.0, mass=1.0, time=1.0, part=None, modes=6, way=None):
     """Momenta of an impact in other units, brought back."""
-    part = box((2, 2, 2)).scaled(length)
+    part = (part or box((2, 2, 2))).scaled(length)
     speed = length / time
     s = scene(folder, {"a": {"as": kind, "velocity": [0.1 * speed, 0, 0]}, "b": {"as": kind, "position": [1.001 * length, 0.1 * length, 0]}}, PAIR, 1.0 * time,
-              part, material={"youngs_modulus": 100 * mass / (length * time**2), "density": mass / length**3})
+              part, modes=modes, material={"youngs_modulus": 100 * mass / (length * time**2), "density": mass / length**3})
+    s["components"]["block"]["reduction"].update(way or {})
     return folder.dyn(s).done()["instances/b/momentum"] / (mass * speed)
 
 

@@ -94,7 +94,7 @@ def cut_pair(folder):
     whole = folder.superelement(square, ["z_min"], 2).done()
     told = cut.warned("number 1") and not any("number" in w for w in whole.warnings())
     error = abs(lowest / whole["matrices/eigenvalues"][0] - 1)
-    return holds(f"{error:.0e}; {cut.warnings()[0]}", "1e-10, a warning for 1 mode and none for 2", told and error < 1e-10)
+    return holds(f"{error:.0e}; {cut.warnings()[0]}", "1e-14, a warning for 1 mode and none for 2", told and error < 1e-14)
 
 
 @row(CHAPTER, "Twenty equal parts: every frequency twenty times, copies lost")

@@ -61,7 +61,7 @@ def at_limit(folder):
         critical = critical_step(folder, kind)
         ran = folder.dyn(ringing(folder, kind, {"end": 1e5 * 0.99 * critical, "step": 0.99 * critical, "integrator": "central-difference"},
                                  {"every": 1e3 * 0.99 * critical}, contact=False)).done()
-        answers.append((kind, *below(drift(ran), 1.5e-12)))
+        answers.append((kind, *below(drift(ran), 4e-13)))
     return answers
 
 

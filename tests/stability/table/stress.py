@@ -17,14 +17,15 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # numpy's own threads and fo
 import table
 from runs import Folder
 
-import rows_condition  # noqa: F401  (registers rows)
+import rows_bases  # noqa: F401  (registers rows)
+import rows_condition  # noqa: F401
 import rows_contact  # noqa: F401
 import rows_elements  # noqa: F401
 import rows_input  # noqa: F401
 import rows_reduction  # noqa: F401
 import rows_steps  # noqa: F401
 
-CHAPTERS = ["Elements and meshes", "Reduction", "Conditioning", "Time steps", "Contact", "Units and magnitudes", "Bad input"]
+CHAPTERS = ["Elements and meshes", "Reduction", "Conditioning", "Time steps", "Contact", "Other bases, and domains", "Units and magnitudes", "Bad input"]
 MARKS = "<!-- rows: written by `make stress` -->", "<!-- end of rows -->"
 
 
