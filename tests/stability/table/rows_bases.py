@@ -170,7 +170,8 @@ def exact_hits(folder):
 @row(CHAPTER, "Symmetric faces, flat: the impact and its mirror image, and what goes sideways, over the momentum; energy gained; impulse and loss over a plastic hit's")
 def symmetric(folder):
     def run(way):
-        go = lambda a, b: folder.dyn(blocks(folder, way, {"a": {"velocity": [a, 0, 0]}, "b": {"position": [1.001, 0, 0], "velocity": [b, 0, 0]}})).done()
+        def go(a, b):
+            return folder.dyn(blocks(folder, way, {"a": {"velocity": [a, 0, 0]}, "b": {"position": [1.001, 0, 0], "velocity": [b, 0, 0]}})).done()
         one, other = go(0.1, 0.0), go(0.0, -0.1)
         p, q = one["instances/b/momentum"], other["instances/a/momentum"]
         apart, sideways = np.abs(p[:, 0] + q[:, 0]).max() / 0.1, np.abs(p[:, 1:]).max() / 0.1
