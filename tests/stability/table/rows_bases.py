@@ -96,13 +96,13 @@ def slivers(folder):
     return each(run)
 
 
-@row(CHAPTER, "Stiffness ratio 1e6 and 1e12 in one component: two bars in series, error of the stiffness, or a named error")
+@row(CHAPTER, "Stiffness ratio 1e6 and 1e12 in one component: two bars in series, error of the stiffness; of 1e12 a named error will do")
 def stiffness_ratio(folder):
     answers = []
     for ratio, bound in ((1e6, 4e-9), (1e12, 1e-2)):
         for name, way in WAYS.items():
             ran = contrast(folder, ratio, clamp=("x_min", "x_max"), modes=40 if "massless_modes" in way else 16, **way)
-            if ran.code != 0:
+            if ran.code != 0 and ratio > 1e6:
                 answers.append((f"{name}, {ratio:g}", *refused(ran, "component 'block'")))
                 continue
             made = ran.done()
@@ -144,8 +144,9 @@ def many_steps(folder):
     for name, way in WAYS.items():
         for integrator in ("exact", "central-difference", "newmark"):
             every = h if integrator == "exact" else n * h / 100
-            ran = folder.dyn(with_way(ringing(folder, "superelement", {"end": n * h, "step": h, "integrator": integrator}, {"every": every}, contact=False, part=BLOCK, modes=16), way))
-            if ran.code != 0:
+            s = ringing(folder, "superelement", {"end": n * h, "step": h, "integrator": integrator}, {"every": every}, contact=False, part=BLOCK, modes=16)
+            ran = folder.dyn(with_way(s, way))
+            if integrator == "newmark" and is_massless(way):
                 answers.append((f"{name}, {integrator}", *refused(ran, "massless")))
                 continue
             answers.append((f"{name}, {integrator}", *below(drift(ran.done()), 2e-13)))
