@@ -56,7 +56,7 @@ ReductionOptions parse_reduction(const SceneNode& node, const std::filesystem::p
     check_basis(reduction.basis, basis->source().text() + ": " + basis->path());
   }
   if (const auto* modes = map.find("massless_modes")) {
-    reduction.massless_modes = modes->one_of<std::string>({{"free", "free"}, {"fixed", "fixed"}});
+    reduction.massless_modes = modes->one_of<std::string>({{"free", "free"}, {"tapered", "tapered"}, {"fixed", "fixed"}});
     if (!reduction.is_massless()) modes->fail("goes with basis: massless");
   }
   reduction.interface_sets = map.at("interface").names();
@@ -150,7 +150,7 @@ void check_massless(const ReductionOptions& reduction, const std::string& where)
   };
   if (reduction.is_decomposed()) refuse("domains above 1", "reduce the component whole");
   if (reduction.recovery) refuse("recovery", "leave it out");
-  if (reduction.massless_modes == "free" && reduction.pick == "participation")
+  if (reduction.massless_modes != "fixed" && reduction.pick == "participation")
     refuse("pick: participation of free modes", "take massless_modes: fixed, or pick: frequency");
 }
 

@@ -168,6 +168,16 @@ void require_only_rigid(const Vector& lambda, Index n_rigid, double low) {
     throw RunError("the stiffness resists rigid motions: the free modes cannot be told from them");
 }
 
+// Columns of V, rigid ones apart, times sqrt(1 - (omega_j / omega)^3); omega^2 = next, the first that is left out. Where that is
+// not known, as much above the last as evenly spaced frequencies would have it.
+void taper(const Vector& lambda, Index n_rigid, double next, Matrix& V) {
+  const Index e = lambda.size() - n_rigid;
+  if (e == 0) return;
+  const double last = lambda.maxCoeff(), above = 1 + 1 / static_cast<double>(e);
+  const double end = next > last ? next : above * above * last;
+  for (Index j = n_rigid; j < lambda.size(); ++j) V.col(j) *= std::sqrt(1 - std::pow(lambda(j) / end, 1.5));
+}
+
 // F's definiteness, and what is left of `elastic` in it; omega_closed.
 void finish(const Matrix& elastic, const std::string& what, MasslessFigures& figures, Superelement& s) {
   auto& m = s.massless;
@@ -218,6 +228,7 @@ MasslessFigures make_massless_free(const FreeModel& model, const Partition& p, c
     Phi_e.noalias() -= N * overlap;
     modes.Phi.leftCols(r) = N;
     s.massless.V = modes.Phi(solver.interface_dofs(), Eigen::all);
+    if (wanted.tapered) taper(modes.lambda, r, modes.next, s.massless.V);
   }
   s.eigenvalues = modes.lambda;
   figures.method = modes.method, figures.proven = modes.proven, figures.counts = modes.counts, figures.next = modes.next;

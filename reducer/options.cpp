@@ -73,7 +73,8 @@ void add_reduce_options(CLI::App& app, ReduceCommand& command) {
                    "craig-bampton (default), or massless: modes with all the mass and an interface without any")
       ->type_name("WORD");
   mesh->add_option("--massless-modes", command.massless_modes,
-                   "of basis massless: free (default; MacNeal) or fixed (modified Craig-Bampton)")
+                   "of basis massless: free (default; MacNeal), tapered (free ones that fall off towards the last: for impacts) or "
+                   "fixed (modified Craig-Bampton)")
       ->type_name("WORD");
   mesh->add_option("--domains", command.domains, "parts that are reduced each by itself and share nodes (default 1)")
       ->type_name("N");
@@ -132,7 +133,7 @@ Scene scene_of_mesh(const ReduceCommand& command) {
     throw InputError("--modes: " + std::to_string(*command.modes) + " found, 0 or more is allowed");
   if (command.cutoff_hz) number_in("--cutoff-hz", command.cutoff_hz, 0, INFINITY, "a positive frequency in Hz");
   reduction.basis = word_in("--basis", command.basis, {"craig-bampton", "characteristic", "massless"});
-  reduction.massless_modes = word_in("--massless-modes", command.massless_modes, {"free", "fixed"});
+  reduction.massless_modes = word_in("--massless-modes", command.massless_modes, {"free", "tapered", "fixed"});
   if (!command.massless_modes.empty() && !reduction.is_massless()) throw InputError("--massless-modes goes with --basis massless");
   reduction.interface_sets = command.interface_sets;
   reduction.modes = command.modes;

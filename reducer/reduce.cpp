@@ -60,7 +60,7 @@ SparseCholesky factorise(Reduction& r) {
   return factor;
 }
 
-bool has_free_modes(const ReductionOptions& options) { return options.is_massless() && options.massless_modes == "free"; }
+bool has_free_modes(const ReductionOptions& options) { return options.is_massless() && options.massless_modes != "fixed"; }
 
 void check_modes_wanted(const Reduction& r) {
   if (r.options.modes.has_value() == r.options.cutoff_hz.has_value()) {
@@ -193,8 +193,9 @@ void keep_figures(Reduction& r, const Superelement& s, MasslessFigures&& m) {
 void make_free(Reduction& r, const SparseCholesky& factor, Condensation& condensed, Superelement& s) {
   const auto phase = r.report.phase("free modes");
   s.K_cc = std::move(condensed.K_cc), s.M_cc = std::move(condensed.M_cc);
-  MasslessFigures m = make_massless_free({r.model.K, r.model.M, r.x, r.part}, r.p, factor,
-                                         {r.options.modes.value_or(0), r.options.cutoff_hz.value_or(0)}, s, r.report);
+  MasslessFigures m = make_massless_free(
+      {r.model.K, r.model.M, r.x, r.part}, r.p, factor,
+      {r.options.modes.value_or(0), r.options.cutoff_hz.value_or(0), r.options.massless_modes == "tapered"}, s, r.report);
   r.figures.n_candidates = s.k();
   r.figures.mode_method = m.method, r.figures.modes_proven = m.proven;
   r.figures.condition.counts = m.counts, r.figures.condition.modes = m.modes;

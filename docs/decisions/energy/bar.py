@@ -128,8 +128,9 @@ def power(p, q=1.0):
     return lambda x: (1 - x**p) ** q
 
 
+GIVEN_BACK = {"craig-bampton, given back to all": 0, "craig-bampton, given back by w": 1, "craig-bampton, given back by w^2": 2, "craig-bampton, given back by w^4": 4}
 MODELS = {
-    "craig-bampton": craig_bampton, "craig-bampton, energy given back": craig_bampton, "craig-bampton, landing reflected": craig_bampton,
+    "craig-bampton": craig_bampton, "craig-bampton, landing reflected": craig_bampton, **dict.fromkeys(GIVEN_BACK, craig_bampton),
     "massless, free modes": free, "massless, fixed modes": fixed_massless, "one matched oscillator": matched, "two matched oscillators": matched_twice,
     "mass on the next mode": on_the_next, "free modes, matched oscillator": free_matched,
     "layer of 2 elements, L/2n": lambda n, L=L: layer(n, 2, 2, L), "layer of 2 elements, L/3n": lambda n, L=L: layer(n, 2, 3, L),
@@ -147,13 +148,17 @@ def run(names, models, position, velocity, gravity, h, steps, every):
     n = max(len(m[0]) for m in models)
     w, V, b = (np.array([np.pad(m[i], (0, n - len(m[i]))) for m in models]) for i in (0, 1, 3))
     F = np.array([m[2] for m in models])
-    mass, back, mirror = F == 0, np.array(["given back" in s for s in names]), np.array(["reflected" in s for s in names])
+    mass, mirror = F == 0, np.array(["reflected" in s for s in names])
+    weight = np.array([GIVEN_BACK.get(s, -1) for s in names])[:, None]  # energy goes to modes by (w / highest)^weight
+    back = weight[:, 0] >= 0
     x = np.maximum(w * h / 2, 1e-30)
-    c, s, ws, gain = np.cos(w * h), np.where(w > 0, np.sin(w * h) / np.maximum(w, 1e-30), h), w * np.sin(w * h), np.where(back[:, None], 1, np.tan(x) / x)
+    c, s, ws, gain = np.cos(w * h), np.where(w > 0, np.sin(w * h) / np.maximum(w, 1e-30), h), w * np.sin(w * h), np.where(weight >= 0, 1, np.tan(x) / x)
     kick, fall, a1, a2 = gain * V, h * gravity * b, V * c, V * s
     stiff, W = np.where(mass, 0, h / np.where(mass, 1, F)), np.where(mass, (a2 * kick).sum(1), 1)
     q, v, open_ = position * b, velocity * b - 0.5 * fall, np.ones(len(F), bool)
-    a2_2 = (a2**2).sum(1)
+    f = np.where(weight > 0, (w / w.max(1, keepdims=True)) ** np.maximum(weight, 0), 1)
+    f2_a2 = f**2 * a2
+    scale, owed = (f2_a2 * a2).sum(1), np.zeros(len(F))
     out = []
     for step in range(1, steps + 1):
         v = v + fall
@@ -162,9 +167,14 @@ def run(names, models, position, velocity, gravity, h, steps, every):
         open_ = p == 0
         lost = -(p * (kick * v).sum(1) + 0.5 * p * p * (kick * kick).sum(1))
         v = v + kick * p[:, None]
-        if back.any():  # along v without what would move the end
-            d = v - a2 * ((a2 * v).sum(1) / a2_2)[:, None]
-            give = np.where(back & (p > 0), np.sqrt(np.maximum(0, 1 + 2 * lost / (d * d).sum(1))) - 1, 0)
+        if back.any():  # along f v, less what would move the end; at most 0.3 of it in a step, the rest is owed
+            owed = owed + np.where(back, lost, 0)
+            d = f * v
+            d = d - f2_a2 * ((a2 * d).sum(1) / scale)[:, None]
+            dd, vd = (d * d).sum(1), (v * d).sum(1)
+            can = back & (p > 0) & (owed > 0) & (vd > 0)
+            give = np.where(can, np.minimum((np.sqrt(np.maximum(0, vd**2 + 2 * dd * owed)) - vd) / np.maximum(dd, 1e-300), 0.3), 0)
+            owed = owed - give * vd - 0.5 * give**2 * dd
             v = v + give[:, None] * d
         q, v = c * q + s * v, c * v - ws * q
         if step % every == 0:

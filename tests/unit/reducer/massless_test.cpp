@@ -84,6 +84,25 @@ TEST_P(MasslessReduction, FreeModesAndStaticsAreThoseOfTheFullModel) {
   }
 }
 
+// Falling off takes nothing from statics and rigid motion, and less from a mode the lower it is.
+TEST_P(MasslessReduction, TaperedModesKeepStatics) {
+  const Mesh mesh = skewed({4, 3, 2});
+  for (const Index modes : {Index{0}, Index{12}}) {
+    const Superelement s = reduced(mesh, massless({"x_max"}, modes, "tapered"), GetParam());
+    const Full full = full_model(mesh, GetParam(), s);
+    const Index e = full.lambda.size() - 6;
+    EXPECT_LT(relative(compliance(s, 0), compliance(full.V.rightCols(e), full.lambda.tail(e), 0)), 1e-9);
+    EXPECT_LT((s.eigenvalues - full.lambda.head(s.k())).cwiseAbs().maxCoeff(), 1e-10 * full.lambda[s.k() - 1] + 1e-9);
+    EXPECT_LT(relative(s.massless.V.leftCols(6) * s.massless.V.leftCols(6).transpose(),
+                       full.V.leftCols(6) * full.V.leftCols(6).transpose()),
+              1e-8);
+    for (Index j = 6; j < s.k(); ++j) {
+      const double share = 1 - std::pow(full.lambda[j] / full.lambda[s.k()], 1.5);
+      EXPECT_NEAR(s.massless.V.col(j).squaredNorm() / full.V.col(j).squaredNorm(), share, 1e-5) << j;
+    }
+  }
+}
+
 // What the modes leave is of second order in frequency.
 TEST_P(MasslessReduction, ComplianceInMotionConverges) {
   const Mesh mesh = skewed({4, 3, 2});
