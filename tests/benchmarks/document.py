@@ -64,6 +64,15 @@ def reduction_table(out):
                    100 * row["share_of_limit"] if row["share_of_limit"] else ""] for row in rows])
 
 
+def bases_table(out):
+    rows = read_csv(out / "bases.csv")
+    cells = [[row["scene"], row["basis"], row["dofs"], row["steps"], row["step_s"], row["error_percent"], row["error_all_percent"], row["energy"], row["reduction_s"] or "", row["stepping_s"]]
+             for row in rows if not row["note"]]
+    text = table(["scene", "basis", "dofs", "steps", "step s", "error %", "to the end %", "energy", "reduction s", "stepping s"], cells)
+    left_out = [f"- {row['row']}: {row['note']}" for row in rows if row["note"]]
+    return text + ("\n\n" + "\n".join(left_out) if left_out else "")
+
+
 def interior_table(out):
     return table(["bar", "dofs", "of interface", "factorisation, Gflop", "factorisation, s", "modes, s", "condensation, s", "total, s", "flops grow", "total grows", "MB"],
                  [[row["row"], row["dofs"], row["interface_dofs"], row["factor_flops"] / 1e9, row["factorisation_s"], row["modes_s"], row["condensation_s"], row["total_s"],
@@ -152,7 +161,7 @@ def target_table(out):
     return table(["target", "reached", ""], lines)
 
 
-TABLES = {"machine": machine_table, "t1": t1_table, "parts": parts_table, "reduction": reduction_table, "interior": interior_table, "runs": runs_table, "again": again_table, "skipping": skipping_table, "features": features_table,
+TABLES = {"machine": machine_table, "t1": t1_table, "parts": parts_table, "reduction": reduction_table, "interior": interior_table, "bases": bases_table, "runs": runs_table, "again": again_table, "skipping": skipping_table, "features": features_table,
           "targets": target_table, "projected": projected_table, "calculix": calculix_table}
 
 
