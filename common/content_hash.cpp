@@ -62,6 +62,7 @@ std::string reduction_text(const ReductionOptions& reduction) {
   for (const auto& set : sets) text += "interface " + counted(set) + "\n";
   if (reduction.modes) text += "modes " + std::to_string(*reduction.modes) + "\n";
   if (reduction.cutoff_hz) text += "cutoff_hz " + number_text(*reduction.cutoff_hz) + "\n";
+  if (reduction.tolerance) text += "tolerance " + number_text(*reduction.tolerance) + "\n";
   text += "pick " + reduction.pick + "\n";
   text += "domains " + std::to_string(reduction.domains) + "\n";
   if (reduction.second_modes) text += "second modes " + std::to_string(*reduction.second_modes) + "\n";

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <set>
 
 #include "common/error.hpp"
 
@@ -57,6 +58,17 @@ const Component& component_of(const Scene& scene, const Instance& instance) {
   const auto found = scene.components.find(instance.component);
   if (found != scene.components.end()) return found->second;
   throw InputError(instance.source.text() + ": instances." + instance.name + ": unknown component '" + instance.component + "'");
+}
+
+std::vector<std::string> load_sets(const Scene& scene, const Component& component) {
+  std::set<std::string> names;
+  if (component.reduction) names.insert(component.reduction->loads.begin(), component.reduction->loads.end());
+  std::set<std::string> reduced;
+  for (const Instance& instance : scene.instances)
+    if (instance.as == InstanceKind::superelement && instance.component == component.name) reduced.insert(instance.name);
+  for (const Load& load : scene.loads)
+    if (load.kind != Load::Kind::gravity && reduced.count(load.instance) > 0) names.insert(load.surface);
+  return {names.begin(), names.end()};
 }
 
 std::vector<BlockProperties> block_properties(const Scene& scene, const Component& component, const Mesh& mesh) {

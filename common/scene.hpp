@@ -26,8 +26,9 @@ struct SourceLine {
 struct ReductionOptions {
   std::string basis = "craig-bampton";
   std::vector<std::string> interface_sets;  // sidesets / nodesets; key `interface`
-  std::optional<Index> modes;               // exactly one of modes, cutoff_hz
+  std::optional<Index> modes;               // exactly one of modes, cutoff_hz, tolerance
   std::optional<double> cutoff_hz;
+  std::optional<double> tolerance;  // share of the interior's strain energy that modes may leave out (docs/theory.md)
   std::string pick = "frequency";  // frequency | participation
   // With basis massless: free (MacNeal) | fixed (modified Craig-Bampton), the interface's part in the modes that are kept.
   std::string massless_modes = "free";
@@ -36,6 +37,8 @@ struct ReductionOptions {
   std::optional<Index> second_modes;
   std::optional<double> second_cutoff_hz;
   bool recovery = false;
+  // Sidesets that may lie inside the part, for loads on them; those of the scene's loads come on top (load_sets()).
+  std::vector<std::string> loads;
   bool is_decomposed() const { return domains > 1; }
   bool has_second_reduction() const { return second_modes || second_cutoff_hz; }
   bool is_massless() const { return basis == "massless"; }
@@ -197,6 +200,10 @@ void write_scene(const Scene& scene, std::ostream& out);
 const Component& component_of(const Scene& scene, const Instance& instance);
 // One per mesh block. InputError: a block named in the scene that the mesh does not have; a block without a material.
 std::vector<BlockProperties> block_properties(const Scene& scene, const Component& component, const Mesh& mesh);
+
+// Names, ascending, of the sets that loads act on: those of reduction.loads, and those of the scene's loads on instances of the
+// component that stand as superelements. Some of them may be on the interface.
+std::vector<std::string> load_sets(const Scene& scene, const Component& component);
 
 // InputError "WHERE: ..." for a basis that is unknown, or that this version does not have yet.
 void check_basis(const std::string& basis, const std::string& where);

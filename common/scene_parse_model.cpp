@@ -47,8 +47,8 @@ void parse_second_reduction(const SceneNode& node, ReductionOptions& reduction) 
 }
 
 ReductionOptions parse_reduction(const SceneNode& node, const std::filesystem::path& folder, const std::string& component) {
-  const SceneMap map = node.map({"basis", "massless_modes", "interface", "modes", "cutoff_hz", "pick", "domains",
-                                 "second_reduction", "recovery", "superelement"});
+  const SceneMap map = node.map({"basis", "massless_modes", "interface", "modes", "cutoff_hz", "tolerance", "pick", "domains",
+                                 "second_reduction", "recovery", "loads", "superelement"});
   ReductionOptions reduction;
   reduction.source = node.source();
   if (const auto* basis = map.find("basis")) {
@@ -60,15 +60,21 @@ ReductionOptions parse_reduction(const SceneNode& node, const std::filesystem::p
     if (!reduction.is_massless()) modes->fail("goes with basis: massless");
   }
   reduction.interface_sets = map.at("interface").names();
-  const std::string selection = map.exactly_one({"modes", "cutoff_hz"});
+  const std::string selection = map.exactly_one({"modes", "cutoff_hz", "tolerance"});
   if (selection == "modes") reduction.modes = map.at("modes").index(0);
   if (selection == "cutoff_hz") reduction.cutoff_hz = map.at("cutoff_hz").positive();
+  if (selection == "tolerance") reduction.tolerance = map.at("tolerance").in_open_range(0, 1);
   if (const auto* pick = map.find("pick")) {
+    if (reduction.tolerance) pick->fail("goes with modes: a tolerance picks the modes by what they take part in");
     reduction.pick = pick->one_of<std::string>({{"frequency", "frequency"}, {"participation", "participation"}});
   }
   if (const auto* domains = map.find("domains")) reduction.domains = domains->index(1);
   if (const auto* second = map.find("second_reduction")) parse_second_reduction(*second, reduction);
   if (const auto* recovery = map.find("recovery")) reduction.recovery = recovery->boolean();
+  if (const auto* loads = map.find("loads")) {
+    reduction.loads = loads->names();
+    if (reduction.is_decomposed()) loads->fail("goes with domains: 1: take the sets into the interface");
+  }
   check_massless(reduction, node.source().text() + ": " + node.path());
   const auto* file = map.find("superelement");
   reduction.superelement = file != nullptr ? resolve_path(*file, folder) : folder / (component + ".cbr.h5");
@@ -150,6 +156,8 @@ void check_massless(const ReductionOptions& reduction, const std::string& where)
   };
   if (reduction.is_decomposed()) refuse("domains above 1", "reduce the component whole");
   if (reduction.recovery) refuse("recovery", "leave it out");
+  if (reduction.tolerance) refuse("tolerance", "take modes or cutoff_hz");
+  if (!reduction.loads.empty()) refuse("loads inside the part", "take their sets into the interface");
   if (reduction.massless_modes != "fixed" && reduction.pick == "participation")
     refuse("pick: participation of free modes", "take massless_modes: fixed, or pick: frequency");
 }

@@ -96,12 +96,14 @@ void write_component(const Component& component, std::ostream& out) {
   out << "      interface: " << words(reduction.interface_sets) << "\n";
   if (reduction.modes) out << "      modes: " << *reduction.modes << "\n";
   if (reduction.cutoff_hz) out << "      cutoff_hz: " << number_text(*reduction.cutoff_hz) << "\n";
-  out << "      pick: " << word(reduction.pick) << "\n";
+  if (reduction.tolerance) out << "      tolerance: " << number_text(*reduction.tolerance) << "\n";
+  if (!reduction.tolerance) out << "      pick: " << word(reduction.pick) << "\n";
   out << "      domains: " << reduction.domains << "\n";
   if (reduction.second_modes) out << "      second_reduction: {modes: " << *reduction.second_modes << "}\n";
   if (reduction.second_cutoff_hz)
     out << "      second_reduction: {cutoff_hz: " << number_text(*reduction.second_cutoff_hz) << "}\n";
   out << "      recovery: " << (reduction.recovery ? "true" : "false") << "\n";
+  if (!reduction.loads.empty()) out << "      loads: " << words(reduction.loads) << "\n";
   out << "      superelement: " << path(reduction.superelement) << "\n";
 }
 

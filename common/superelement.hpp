@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -53,6 +54,33 @@ struct Superelement {
     std::vector<Block> blocks;  // connectivity by position in [interface nodes; interior nodes]
   };
   std::vector<Recovery> recovery;  // none or one
+
+  // Optional: what the reduction knows of its own errors (docs/theory.md, "Errors known before the run"), /accuracy.
+  struct Accuracy {
+    Vector3 rho_res = Vector3::Zero();         // residual_mass_share()
+    std::optional<Vector3> rho_floor;          // what all modes would leave of it; lumped mass only
+    Vector strain_left_out = Vector::Zero(6);  // translations along, rotations about x, y, z through the centre of mass
+    double largest_left_out = 0;               // of all rigid motions
+    struct OfSurface {
+      double impact = 0;           // share of the energy that a flat impact of this face loses; 0 where it was not computed
+      double strain_left_out = 0;  // of the motion that a uniform pressure on the face brings
+    };
+    std::map<std::string, OfSurface> surfaces;  // those that are nearly flat
+    Vector frequency_hz, eigenvalue_error;      // m, of the free component's lowest elastic modes: (lambda - exact) / lambda
+    double covered_hz = 0;                      // up to here all of `frequency_hz` are right to 1 %; 0: none, or not estimated
+    double complete_hz = 0;                     // no fixed-interface mode below this is missing; 0: not known
+    double tolerance = 0;                       // that picked the modes; 0: none did
+  };
+  std::optional<Accuracy> accuracy;
+
+  // Optional, /loads/NAME: faces that are not on the interface, and the forces on the coordinates that a unit traction along x, y, z
+  // on them makes. The last n_residual of the modes are residual vectors, which make statics under these loads exact.
+  struct InteriorLoad {
+    double weight = 0;  // area of the faces
+    Matrix force;       // n x 3
+  };
+  std::map<std::string, InteriorLoad> loads;
+  Index n_residual = 0;
 
   std::map<std::string, std::string> provenance;  // attributes of /provenance
 

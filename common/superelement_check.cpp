@@ -9,6 +9,7 @@
 
 #include "common/error.hpp"
 #include "common/number_text.hpp"
+#include "common/superelement_extras.hpp"
 
 namespace cbr {
 namespace {
@@ -291,6 +292,7 @@ class Checker {
 
 void check_parts(const Superelement& superelement, const SuperelementParts& parts, const std::string& where) {
   Checker(superelement, where).check(parts);
+  check_extras(superelement, where);
 }
 
 void check(const Superelement& superelement, const std::string& where) { check_parts(superelement, {}, where); }

@@ -10,6 +10,7 @@
 #include "common/error.hpp"
 #include "common/program.hpp"
 #include "common/superelement_check.hpp"
+#include "common/superelement_extras.hpp"
 
 namespace cbr {
 namespace {
@@ -225,13 +226,15 @@ Superelement read_superelement_at(const Hdf5Reader& file, const std::string& pre
     s.V = file.read_row_matrix(prefix + "/diagonal/V");
   }
   if (parts.recovery && file.has(prefix + "/recovery")) s.recovery.push_back(read_recovery(file, prefix));
+  read_extras(file, prefix, s);
   s.provenance = read_provenance(file, prefix);
   check_parts(s, parts, file.file().string() + (prefix.empty() ? "" : ": " + prefix));
   return s;
 }
 
 void write_superelement_at(Hdf5Writer& file, const std::string& prefix, const Superelement& s) {
-  write_format(file, prefix, superelement_format, s.is_massless() ? massless_version : plain_version);
+  const char* version = s.is_massless() ? massless_version : plain_version;
+  write_format(file, prefix, superelement_format, has_extras(s) ? extras_version : version);
   file.attribute(root(prefix), "content_hash", s.content_hash);
   file.attribute(root(prefix), "basis", s.basis);
   file.attribute(root(prefix), "n_modes", s.k());
@@ -261,6 +264,7 @@ void write_superelement_at(Hdf5Writer& file, const std::string& prefix, const Su
     file.write(prefix + "/diagonal/V", s.V);
   }
   for (const auto& recovery : s.recovery) write_recovery(file, prefix, recovery);
+  write_extras(file, prefix, s);
   for (const auto& [key, value] : s.provenance) file.attribute(prefix + "/provenance", key, value);
 }
 

@@ -15,6 +15,7 @@
 #include "common/unchanged_files.hpp"
 #include "dynamics/output/checkpoint.hpp"
 #include "dynamics/output/fields.hpp"
+#include "dynamics/output/half_check.hpp"
 #include "dynamics/output/results.hpp"
 #include "dynamics/setup/build.hpp"
 
@@ -68,6 +69,37 @@ bool is_worth_blas_threads(const Simulation& simulation) {
     const bool has_all_modes = body.is_exact() && !body.can_scale();
     return dofs * dofs >= worth_threads_for_W || (has_all_modes && dofs * body.n_dofs() >= worth_threads_for_modes);
   });
+}
+
+Index n_modes_of(const BuiltScene& built) {
+  Index n = 0;
+  for (const auto& instance : built.instances) n += instance.n_modal;
+  return n;
+}
+
+// --check-error: the same scene and steps with half of the modes, nothing written.
+void check_half(Scene scene, BuildOptions options, const BuiltScene& built, const RunResult& result, Report& report) {
+  const Index modes = n_modes_of(built);
+  if (modes == 0) {
+    report.line("check: no instance has modes, so that there are none to leave out");
+    return;
+  }
+  const auto phase = report.phase("check");
+  scene.output.fields.clear();
+  scene.output.checkpoint.reset();
+  scene.time->step = built.simulation.plan.h;
+  scene.time->cfl.reset();
+  options.half_modes = true;
+  Report silent("cbr-dyn", Verbosity::quiet);  // but for warnings
+  BuiltScene half = build(scene, silent, options);
+  RunOptions run_options;
+  run_options.on_progress = [&](double fraction) { report.progress("checking", fraction); };
+  std::optional<SingleThreadedBlas> one_thread;
+  if (!is_worth_blas_threads(half.simulation)) one_thread.emplace();
+  rest_blas_threads();
+  const RunResult of_half = cbr::run(half.simulation, run_options);
+  report.end_progress();
+  say_half_difference(built.simulation, half_difference(result, of_half), modes, n_modes_of(half), report);
 }
 
 UnchangedFiles inputs_of(const Scene& scene) {
@@ -183,7 +215,7 @@ class Run {
 }  // namespace
 
 void run_scene(const std::string& scene_or_dash, const std::filesystem::path& results, Report& report,
-               const BuildOptions& build_options, const std::filesystem::path& restart) {
+               const BuildOptions& build_options, const std::filesystem::path& restart, bool check_error) {
   std::optional<Scene> scene;
   {
     const auto phase = report.phase("read");
@@ -204,6 +236,7 @@ void run_scene(const std::string& scene_or_dash, const std::filesystem::path& re
   run.write(result);
   count_work(built.simulation, result, report);
   summarise(built, result, report);
+  if (check_error && !result.ended_at) check_half(*scene, build_options, built, result, report);
   run.finish(result);
 }
 

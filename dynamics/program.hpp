@@ -11,8 +11,9 @@
 namespace cbr {
 
 // Reads the scene ("-": stdin), runs it, writes `results` and the fields that it asks for beside it. `restart`: a checkpoint to go
-// on from, empty for none. InputError, RunError: also after SIGINT, SIGTERM or SIGHUP, when what was computed so far is written.
+// on from, empty for none. `check_error`: run again with half of the modes once all is written, and say what that makes.
+// InputError, RunError: also after SIGINT, SIGTERM or SIGHUP, when what was computed so far is written.
 void run_scene(const std::string& scene_or_dash, const std::filesystem::path& results, Report& report,
-               const BuildOptions& options = {}, const std::filesystem::path& restart = {});
+               const BuildOptions& options = {}, const std::filesystem::path& restart = {}, bool check_error = false);
 
 }  // namespace cbr

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "reducer/command.hpp"
 
+#include <algorithm>
 #include <functional>
 #include <map>
 #include <ostream>
@@ -26,6 +27,7 @@ void refuse_mesh_options(const ReduceCommand& c) {
   const std::vector<std::pair<bool, const char*>> given = {{!c.interface_sets.empty(), "--interface"},
                                                            {c.modes.has_value(), "--modes"},
                                                            {c.cutoff_hz.has_value(), "--cutoff-hz"},
+                                                           {c.tolerance.has_value(), "--tolerance"},
                                                            {!c.pick.empty(), "--pick"},
                                                            {c.youngs_modulus.has_value(), "--youngs-modulus"},
                                                            {c.poissons_ratio.has_value(), "--poissons-ratio"},
@@ -73,15 +75,32 @@ Index diagonal_limit(const ReduceCommand& command, const ReductionOptions& reduc
   return command.diagonal_limit.value_or(group ? group_diagonal_limit : ReduceSettings{}.diagonal_limit);
 }
 
+// Of one that a reduction to one superelement takes in; others, and basis massless, know loads on their interface only.
+std::vector<std::string> loads_taken_in(const Scene& scene, const Component& component) {
+  const ReductionOptions& reduction = *component.reduction;
+  return reduction.is_decomposed() || reduction.is_massless() ? std::vector<std::string>() : load_sets(scene, component);
+}
+
+// Each set is on the interface or has its load inside, and no others have.
+bool has_loads(const Superelement& s, const std::vector<std::string>& sets) {
+  const auto is_kept = [&](const std::string& name) {
+    return std::any_of(s.surfaces.begin(), s.surfaces.end(), [&](const Surface& surface) { return surface.name == name; });
+  };
+  return std::all_of(sets.begin(), sets.end(), [&](const auto& name) { return is_kept(name) || s.loads.count(name) > 0; }) &&
+         std::all_of(s.loads.begin(), s.loads.end(),
+                     [&](const auto& load) { return std::find(sets.begin(), sets.end(), load.first) != sets.end(); });
+}
+
 // Unchanged inputs, and the diagonal form there or not as it would be now.
-bool is_up_to_date(const ReductionOptions& reduction, const std::string& hash, Index diagonal_limit) {
+bool is_up_to_date(const ReductionOptions& reduction, const std::string& hash, const std::vector<std::string>& loads,
+                   Index diagonal_limit) {
   if (read_content_hash(reduction.superelement) != hash) return false;
   try {
     const bool group = is_superelement_group(reduction.superelement);
     const SuperelementParts light = {false, true, false};
     const Superelement s =
         group ? join(read_superelement_group(reduction.superelement, light)) : read_superelement(reduction.superelement, light);
-    return s.has_diagonal_form() == (s.n() <= diagonal_limit && !s.is_massless());
+    return s.has_diagonal_form() == (s.n() <= diagonal_limit && !s.is_massless()) && (group || has_loads(s, loads));
   } catch (const InputError&) {
     return false;  // damaged: it is made anew
   }
@@ -108,7 +127,8 @@ std::map<std::string, std::string> provenance(const Component& component, const 
   p["interface"] = join(reduction.interface_sets);
   if (reduction.modes) p["modes"] = std::to_string(*reduction.modes);
   if (reduction.cutoff_hz) p["cutoff_hz"] = number_text(*reduction.cutoff_hz);
-  p["pick"] = reduction.pick;
+  if (reduction.tolerance) p["tolerance"] = number_text(*reduction.tolerance);
+  p["pick"] = reduction.tolerance ? "tolerance" : reduction.pick;
   p["domains"] = std::to_string(reduction.domains);
   if (reduction.second_modes) p["second_modes"] = std::to_string(*reduction.second_modes);
   if (reduction.second_cutoff_hz) p["second_cutoff_hz"] = number_text(*reduction.second_cutoff_hz);
@@ -129,11 +149,12 @@ class Reducer {
     UnchangedFiles inputs;
     inputs.add(component.mesh);
     const std::string hash = content_hash(scene, component);
-    if (!command_.force && is_up_to_date(reduction, hash, settings_.diagonal_limit)) {
+    loads_ = loads_taken_in(scene, component);
+    if (!command_.force && is_up_to_date(reduction, hash, loads_, settings_.diagonal_limit)) {
       report_.line(component.name + ": " + reduction.superelement.string() + " is up to date: nothing to do");
       return;
     }
-    const auto [twin, is_new] = done_.emplace(hash, reduction.superelement);
+    const auto [twin, is_new] = done_.emplace(hash + " " + join(loads_), reduction.superelement);
     if (!is_new) {
       write_copy(twin->second, reduction.superelement);
       report_.line(component.name + ": the same as " + twin->second.string() + ", copied to " + reduction.superelement.string());
@@ -163,7 +184,9 @@ class Reducer {
   void make_one(const Mesh& mesh, const std::vector<BlockProperties>& properties, const Component& component,
                 const std::string& hash, const std::map<std::string, std::string>& provenance) {
     ReductionFigures figures;
-    Superelement s = reduce(mesh, properties, component.mass, *component.reduction, settings_, report_, &figures);
+    ReductionOptions options = *component.reduction;
+    options.loads = loads_;
+    Superelement s = reduce(mesh, properties, component.mass, options, settings_, report_, &figures);
     finish(std::move(s), figures, component, hash, provenance);
   }
 
@@ -214,7 +237,8 @@ class Reducer {
   Report& report_;
   const ReduceCommand& command_;
   ReduceSettings settings_;
-  std::map<std::string, std::filesystem::path> done_;  // content hash -> file made in this run
+  std::vector<std::string> loads_;                     // sets of the component at hand that loads act on
+  std::map<std::string, std::filesystem::path> done_;  // content hash and loads -> file made in this run
 };
 
 // Calls `action` once for each component that an instance uses as a superelement; its InputErrors get the component's place.

@@ -21,7 +21,7 @@ struct ReduceCommand {
   // With a mesh: what a scene says about its component. Empty: not given.
   std::vector<std::string> interface_sets;
   std::optional<Index> modes, domains;
-  std::optional<double> cutoff_hz, youngs_modulus, poissons_ratio, density;
+  std::optional<double> cutoff_hz, tolerance, youngs_modulus, poissons_ratio, density;
   std::string pick, element, mass, basis, massless_modes, output;
   bool recovery = false;
   // With both.

@@ -261,4 +261,11 @@ Condensation condense(const Partition& partition, const SparseCholesky& factor, 
   return Condenser(partition, factor, Phi, options, report).run();
 }
 
+Matrix mode_coupling(const Partition& p, const SparseCholesky& factor, const Matrix& Phi) {
+  if (Phi.cols() == 0 || p.n_interface() == 0) return Matrix::Zero(Phi.cols(), p.n_interface());
+  Matrix W = p.M_II * Phi;
+  factor.solve_in_place(W);
+  return Matrix(p.M_IC.transpose() * Phi - p.K_IC.transpose() * W).transpose();
+}
+
 }  // namespace cbr

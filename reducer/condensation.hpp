@@ -40,4 +40,7 @@ struct Condensation {
 Condensation condense(const Partition& partition, const SparseCholesky& factor, const Matrix& Phi,
                       const CondensationOptions& options, Report& report);
 
+// M_kc = Phi^T M_IC - (K_II^-1 M_II Phi)^T K_IC   (k x c): the same for vectors that come later. k solves.
+Matrix mode_coupling(const Partition& partition, const SparseCholesky& factor, const Matrix& Phi);
+
 }  // namespace cbr

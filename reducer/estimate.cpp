@@ -137,8 +137,12 @@ std::vector<std::vector<Index>> domains_of_nodes(const Elements& elements, const
   return in;
 }
 
+// Of blocks, measured (docs/decisions/mode-tolerance.md): 47 at 1e-2, 297 at 1e-3. Slender parts need fewer.
+Index modes_of_tolerance_about(double tolerance) { return static_cast<Index>(std::min(1.2 * std::pow(tolerance, -0.8), 1e9)); }
+
 Index modes_of_domain(const Elements& elements, const std::vector<Index>& list, const ReductionOptions& options, Index n_interior) {
   if (options.modes) return std::min(*options.modes, n_interior);  // a domain keeps all when it has fewer
+  if (options.tolerance) return std::min(modes_of_tolerance_about(*options.tolerance), n_interior);
   double modes = 0;
   for (const Index e : list) modes += elements.modes_per_hz3[static_cast<std::size_t>(e)];
   modes *= std::pow(*options.cutoff_hz, 3);
@@ -163,6 +167,7 @@ DomainEstimate domain_estimate(const Elements& elements, const std::vector<Index
   d.n_interior_dofs = 3 * n_interior;
   d.n_modes = modes_of_domain(elements, list, options, 3 * n_interior);
   d.n_candidates = n_mode_candidates(options.pick, d.n_modes, 3 * n_interior);
+  if (options.tolerance) d.n_candidates = std::min(std::max<Index>(2 * d.n_modes, 64), 3 * n_interior);
   d.mesh_nonzeros = nonzeros_of(node_graph(elements, list, all, d.n_nodes));
   const FactorCost factor = factor_cost(node_graph(elements, list, interior, n_interior), 3);
   d.factor_nonzeros = factor.n_nonzeros;
@@ -178,6 +183,7 @@ DomainEstimate second_estimate(const Elements& elements, const std::map<std::vec
   ReductionOptions again = options;
   again.modes = options.second_modes;
   again.cutoff_hz = options.second_cutoff_hz;
+  again.tolerance.reset();
   std::vector<Index> all(elements.nodes.size());
   std::iota(all.begin(), all.end(), Index{0});
   second.n_modes = second.n_candidates = modes_of_domain(elements, all, again, second.n_interior_dofs);
@@ -251,7 +257,7 @@ Estimate estimate(const Mesh& mesh, const std::vector<BlockProperties>& properti
   const FiniteElementModel model = number_nodes(mesh);
   const std::vector<Index> interface = interface_nodes(mesh, model, options.interface_sets);
   check_options(mesh, model, interface, options);
-  const Elements elements = volume_elements(mesh, model, properties, !options.modes || options.second_cutoff_hz);
+  const Elements elements = volume_elements(mesh, model, properties, options.cutoff_hz || options.second_cutoff_hz);
   const auto in = domains_of_nodes(elements, domain, model.nodes.size());
 
   Estimate result;
@@ -285,6 +291,7 @@ Estimate estimate(const Mesh& mesh, const std::vector<BlockProperties>& properti
     result.joined_factor_nonzeros = c * (c + 1) / 2;
     result.joined_factor_flops = c * (c + 1) * (2 * c + 1) / 6;
   }
+  result.modes_are_of_tolerance = options.tolerance.has_value();
   result.modes_are_estimated = !options.modes || options.second_cutoff_hz;
   result.has_diagonal_form = result.n_final() <= static_cast<double>(diagonal_limit);
   return result;

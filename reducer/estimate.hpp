@@ -60,7 +60,8 @@ struct Estimate {
   // Of a Cholesky factor of the domains' interface dofs put together, which a step of central differences or Newmark solves with.
   double joined_factor_nonzeros = 0, joined_factor_flops = 0;
   bool has_diagonal_form = false;
-  bool modes_are_estimated = false;  // by Weyl's law, from a cutoff
+  bool modes_are_estimated = false;     // by Weyl's law, from a cutoff; or
+  bool modes_are_of_tolerance = false;  // as blocks have needed for it
 
   // The joined domains reduced again: its interior are the domains' modes and the dofs that the component does not keep.
   std::optional<DomainEstimate> second;

@@ -106,7 +106,9 @@ std::vector<Row> sizes(const Estimate& e, double memory) {
       {"interface dofs that the component keeps", "", number(3 * static_cast<double>(e.n_interface_nodes))},
       {"interface dofs, those of all domains once", number(e.largest(&DomainEstimate::c)), number(joined)},
       all("interior dofs", e.largest(&DomainEstimate::n_interior), interior),
-      {e.modes_are_estimated ? "modes (Weyl's law: only the reduction counts them)" : "modes",
+      {e.modes_are_of_tolerance ? "modes (as blocks need for this tolerance: only the reduction counts them)"
+       : e.modes_are_estimated  ? "modes (Weyl's law: only the reduction counts them)"
+                                : "modes",
        number(e.largest(&DomainEstimate::k)), number(e.total(&DomainEstimate::k))},
       {"coordinates when joined", "", number(e.n_joined())},
       {"coordinates after the second reduction", "", e.second ? number(e.n_final()) : "none asked for"},

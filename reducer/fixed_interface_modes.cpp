@@ -7,7 +7,9 @@
 #include <cmath>
 #include <cstdio>
 #include <numbers>
+#include <numeric>
 #include <utility>
+#include <vector>
 
 #include "common/error.hpp"
 #include "common/linalg/eigenpairs.hpp"
@@ -91,6 +93,21 @@ FixedInterfaceModes sparse_modes(const Partition& p, const SparseCholesky& facto
       "parts: reduce the parts on their own");
 }
 
+// Both sets of modes in one, ascending.
+FixedInterfaceModes merged(FixedInterfaceModes&& a, const Eigenpairs& b) {
+  const Index n_a = a.lambda.size(), n = n_a + b.lambda.size();
+  Vector lambda(n);
+  lambda << a.lambda, b.lambda;
+  std::vector<Index> order(n);
+  std::iota(order.begin(), order.end(), Index{0});
+  std::stable_sort(order.begin(), order.end(), [&](Index i, Index j) { return lambda(i) < lambda(j); });
+  a.Phi.conservativeResize(Eigen::NoChange, n);
+  a.Phi.rightCols(b.lambda.size()) = b.Phi;
+  a.lambda = lambda(order);
+  if (!std::is_sorted(order.begin(), order.end())) a.Phi = Matrix(a.Phi(Eigen::all, order));
+  return std::move(a);
+}
+
 // Non-zeros of a factor whose solves cost as much as the products with M_II, where these count: joined domains, whose M_II is a sum
 // of dense blocks.
 double product_cost(const SparseMatrix& M_II) {
@@ -128,9 +145,60 @@ FixedInterfaceModes fixed_interface_modes(const Partition& partition, const Spar
   return modes;
 }
 
+FixedInterfaceModes more_modes(const Partition& partition, const SparseCholesky& factor, FixedInterfaceModes known, Index k,
+                               Report& report) {
+  const Index n = partition.n_interior(), have = known.lambda.size();
+  k = std::min(k, n);
+  if (have >= k) return known;
+  if (dense_is_faster(n, k, factor.n_nonzeros() + product_cost(partition.M_II)))
+    return fixed_interface_modes(partition, factor, n, report);
+  if (have == 0) return fixed_interface_modes(partition, factor, k, report);
+  const Eigenpairs beyond = sparse_eigenpairs_beyond(partition.M_II, factor, known.Phi, k - have);
+  if (beyond.converged) {
+    FixedInterfaceModes all = merged(std::move(known), beyond);
+    all.method = beyond.method, all.next = 0, all.counts.clear();
+    report.detail(beyond.method + ": " + std::to_string(k - have) + " modes more, " + std::to_string(beyond.iterations) +
+                  " restarts");
+    all.proven = count_fits(partition, factor);
+    if (!all.proven || n_missed(partition, factor, all.lambda, all.counts) == 0) return all;
+  }
+  return fixed_interface_modes(partition, factor, k, report);
+}
+
 Index count_modes_below(const Partition& partition, const SparseCholesky& factor, double frequency_hz) {
   const double omega = 2 * std::numbers::pi * frequency_hz;
   return inertia_below(partition, factor, omega * omega);
+}
+
+void check_modes_wanted(const ReductionOptions& options) {
+  if (options.modes.has_value() + options.cutoff_hz.has_value() + options.tolerance.has_value() != 1) {
+    throw InputError(options.source.text() + ": exactly one of modes, cutoff_hz and tolerance says how many modes are kept");
+  }
+  if (options.tolerance) {
+    if (*options.tolerance > 0 && *options.tolerance < 1) return;
+    throw InputError("tolerance: " + std::to_string(*options.tolerance) + " found, a share between 0 and 1 is allowed");
+  }
+  if (options.modes) {
+    if (*options.modes < 0) throw InputError("modes: " + std::to_string(*options.modes) + " found, 0 or more allowed");
+    return;
+  }
+  if (!(*options.cutoff_hz > 0) || !(*options.cutoff_hz < 1e100)) {
+    throw InputError("cutoff_hz: " + std::to_string(*options.cutoff_hz) +
+                     " found, a frequency in Hz above 0 and below 1e100 is allowed");
+  }
+}
+
+void warn_of_cut_pair(const Vector& lambda, double next, Report& report) {
+  constexpr double alike = 1e-6;
+  const Index k = lambda.size();
+  if (k == 0 || next == 0 || next - lambda(k - 1) > alike * next) return;
+  char text[256];
+  std::snprintf(
+      text, sizeof text,
+      "modes: the last that is kept, number %lld, and the next have the same frequency (%.6g Hz, to %.0e): which of their "
+      "shapes is kept depends on round-off, and so on threads and machine: keep one more, or one fewer",
+      static_cast<long long>(k), std::sqrt(next) / (2 * std::numbers::pi), 1 - std::sqrt(std::max(lambda(k - 1), 0.0) / next));
+  report.warning(text);
 }
 
 }  // namespace cbr

@@ -6,6 +6,7 @@
 
 #include "common/linalg/sparse_cholesky.hpp"
 #include "common/report.hpp"
+#include "common/scene.hpp"
 #include "common/types.hpp"
 #include "reducer/partition.hpp"
 
@@ -26,7 +27,18 @@ bool dense_is_faster(Index n, Index k, double factor_nonzeros);
 // The k lowest. InputError when there are fewer than k; RunError when the eigensolver does not converge.
 FixedInterfaceModes fixed_interface_modes(const Partition& partition, const SparseCholesky& factor, Index k, Report& report);
 
+// The k lowest (all, where there are fewer) when some lowest ones are known already: these are not solved for again. Where the
+// dense solver is the faster one, all n_I come.
+FixedInterfaceModes more_modes(const Partition& partition, const SparseCholesky& factor, FixedInterfaceModes known, Index k,
+                               Report& report);
+
 // How many there are below a frequency (Hz), by the inertia of K_II - (2 pi f)^2 M_II.
 Index count_modes_below(const Partition& partition, const SparseCholesky& factor, double frequency_hz);
+
+// InputError unless exactly one of modes, cutoff_hz and tolerance is given, in range.
+void check_modes_wanted(const ReductionOptions& options);
+
+// Where the last mode that is kept and the next (0: not known) have one frequency, which of their shapes is kept is arbitrary.
+void warn_of_cut_pair(const Vector& lambda, double next, Report& report);
 
 }  // namespace cbr

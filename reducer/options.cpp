@@ -59,9 +59,15 @@ void add_reduce_options(CLI::App& app, ReduceCommand& command) {
       ->allow_extra_args(false)
       ->type_name("NAME");
   auto* modes = mesh->add_option("--modes", command.modes, "number of fixed-interface modes kept, 0 or more")->type_name("N");
-  mesh->add_option("--cutoff-hz", command.cutoff_hz, "keep every fixed-interface mode below this frequency")
-      ->type_name("HZ")
-      ->excludes(modes);
+  auto* cutoff = mesh->add_option("--cutoff-hz", command.cutoff_hz, "keep every fixed-interface mode below this frequency")
+                     ->type_name("HZ")
+                     ->excludes(modes);
+  mesh->add_option("--tolerance", command.tolerance,
+                   "keep as few modes as get the ten lowest squared frequencies of the free component, and the interior's strain "
+                   "energy under rigid accelerations of its interface, right to this relative error")
+      ->type_name("SHARE")
+      ->excludes(modes)
+      ->excludes(cutoff);
   mesh->add_option("--pick", command.pick, "frequency (default): the lowest; participation: those that the interface drives most")
       ->type_name("WORD");
   mesh->add_option("--youngs-modulus", command.youngs_modulus, "in the mesh's units, as all that follows")->type_name("E");
@@ -128,16 +134,21 @@ Scene scene_of_mesh(const ReduceCommand& command) {
   if (!command.element.empty()) component.element = parse_hex8_formulation(command.element);
   component.mass = word_in("--mass", command.mass, {"lumped", "consistent"}) == "lumped" ? MassKind::lumped : MassKind::consistent;
   if (command.interface_sets.empty()) throw InputError("--interface is missing: name the sideset or nodeset whose nodes are kept");
-  if (!command.modes && !command.cutoff_hz) throw InputError("--modes or --cutoff-hz is missing: how many modes are kept?");
+  if (!command.modes && !command.cutoff_hz && !command.tolerance)
+    throw InputError("--modes, --cutoff-hz or --tolerance is missing: how many modes are kept?");
   if (command.modes && *command.modes < 0)
     throw InputError("--modes: " + std::to_string(*command.modes) + " found, 0 or more is allowed");
   if (command.cutoff_hz) number_in("--cutoff-hz", command.cutoff_hz, 0, INFINITY, "a positive frequency in Hz");
+  if (command.tolerance) number_in("--tolerance", command.tolerance, 0, 1, "a number between 0 and 1 (both excluded)");
+  if (command.tolerance && !command.pick.empty())
+    throw InputError("--pick goes with --modes: a tolerance picks the modes by what they take part in");
   reduction.basis = word_in("--basis", command.basis, {"craig-bampton", "characteristic", "massless"});
   reduction.massless_modes = word_in("--massless-modes", command.massless_modes, {"free", "tapered", "fixed"});
   if (!command.massless_modes.empty() && !reduction.is_massless()) throw InputError("--massless-modes goes with --basis massless");
   reduction.interface_sets = command.interface_sets;
   reduction.modes = command.modes;
   reduction.cutoff_hz = command.cutoff_hz;
+  reduction.tolerance = command.tolerance;
   reduction.pick = word_in("--pick", command.pick, {"frequency", "participation"});
   reduction.domains = command.domains.value_or(1);
   if (reduction.domains < 1) throw InputError("--domains: " + std::to_string(reduction.domains) + " found, 1 or more is allowed");

@@ -10,9 +10,12 @@
 #include <numeric>
 
 #include "common/error.hpp"
+#include "reducer/accuracy.hpp"
 #include "reducer/diagonal_form.hpp"
 #include "reducer/fixed_interface_modes.hpp"
 #include "reducer/interface_sets.hpp"
+#include "reducer/interior_loads.hpp"
+#include "reducer/mode_tolerance.hpp"
 #include "reducer/partition.hpp"
 
 namespace cbr {
@@ -33,6 +36,7 @@ struct Reduction {
   std::vector<Index> part;  // per model node
   Points x;                 // of the model's nodes
   ReductionFigures figures;
+  double complete = 0;  // (rad/s)^2 below which no fixed-interface mode is missing
 };
 
 Index mesh_node(const Reduction& r, Index model_node) { return r.model.nodes[static_cast<std::size_t>(model_node)]; }
@@ -62,38 +66,19 @@ SparseCholesky factorise(Reduction& r) {
 
 bool has_free_modes(const ReductionOptions& options) { return options.is_massless() && options.massless_modes != "fixed"; }
 
-void check_modes_wanted(const Reduction& r) {
-  if (r.options.modes.has_value() == r.options.cutoff_hz.has_value()) {
-    throw InputError(r.options.source.text() + ": exactly one of modes and cutoff_hz says how many modes are kept");
-  }
-  if (r.options.modes) {
-    if (*r.options.modes < 0) throw InputError("modes: " + std::to_string(*r.options.modes) + " found, 0 or more allowed");
-    return;
-  }
-  if (!(*r.options.cutoff_hz > 0) || !(*r.options.cutoff_hz < 1e100)) {
-    throw InputError("cutoff_hz: " + std::to_string(*r.options.cutoff_hz) +
-                     " found, a frequency in Hz above 0 and below 1e100 is allowed");
-  }
-}
-
 Index n_modes_wanted(const Reduction& r, const SparseCholesky& factor) {
-  check_modes_wanted(r);
+  check_modes_wanted(r.options);
   if (r.options.modes) return *r.options.modes;
   const auto phase = r.report.phase("modes: count below cutoff");
   return count_modes_below(r.p, factor, *r.options.cutoff_hz);
 }
 
-void warn_of_cut_pair(const Vector& lambda, double next, Report& report) {
-  constexpr double alike = 1e-6;
-  const Index k = lambda.size();
-  if (k == 0 || next == 0 || next - lambda(k - 1) > alike * next) return;
-  char text[256];
-  std::snprintf(
-      text, sizeof text,
-      "modes: the last that is kept, number %lld, and the next have the same frequency (%.6g Hz, to %.0e): which of their "
-      "shapes is kept depends on round-off, and so on threads and machine: keep one more, or one fewer",
-      static_cast<long long>(k), std::sqrt(next) / (2 * std::numbers::pi), 1 - std::sqrt(std::max(lambda(k - 1), 0.0) / next));
-  report.warning(text);
+void check_found(Reduction& r, const FixedInterfaceModes& modes) {
+  r.figures.mode_method = modes.method;
+  r.figures.modes_proven = modes.proven;
+  r.figures.condition.counts = modes.counts;
+  r.figures.condition.modes = check_modes(r.p, modes.lambda, modes.Phi);
+  require_independent(r.p, modes.Phi, r.figures.condition.modes);
 }
 
 FixedInterfaceModes modes_to_compute(Reduction& r, const SparseCholesky& factor) {
@@ -115,21 +100,38 @@ FixedInterfaceModes modes_to_compute(Reduction& r, const SparseCholesky& factor)
     }
   }
   r.figures.n_candidates = candidates;
-  r.figures.mode_method = modes.method;
-  r.figures.modes_proven = modes.proven;
-  r.figures.condition.counts = modes.counts;
-  r.figures.condition.modes = check_modes(r.p, modes.lambda, modes.Phi);
-  require_independent(r.p, modes.Phi, r.figures.condition.modes);
+  check_found(r, modes);
   if (r.options.modes && r.options.pick == "frequency") warn_of_cut_pair(modes.lambda, modes.next, r.report);
   return modes;
 }
 
 void keep_modes(Reduction& r, FixedInterfaceModes& modes, Condensation& condensed) {
+  if (modes.lambda.size() > 0) r.complete = std::max(modes.next, modes.lambda(modes.lambda.size() - 1));
   if (r.options.pick != "participation" || modes.lambda.size() <= *r.options.modes) return;
   const std::vector<Index> kept = modes_by_participation(condensed.M_kc, *r.options.modes);
+  std::size_t first_missing = 0;
+  while (first_missing < kept.size() && kept[first_missing] == static_cast<Index>(first_missing)) ++first_missing;
+  r.complete = modes.lambda(static_cast<Index>(first_missing));
   modes.lambda = Vector(modes.lambda(kept));
   modes.Phi = Matrix(modes.Phi(Eigen::all, kept));
   condensed.M_kc = Matrix(condensed.M_kc(kept, Eigen::all));
+}
+
+std::vector<Index> parts_of_interface(const Reduction& r) {
+  std::vector<Index> part;
+  for (const Index node : r.p.interface_nodes) part.push_back(r.part[static_cast<std::size_t>(node)]);
+  return part;
+}
+
+void pick_by_tolerance(Reduction& r, const SparseCholesky& factor, const InterfaceMotions& motions, const Superelement& s,
+                       FixedInterfaceModes& modes, Condensation& condensed) {
+  const auto phase = r.report.phase("fixed-interface modes");
+  ModesOfTolerance found = modes_of_tolerance(r.p, factor, motions, s, parts_of_interface(r), *r.options.tolerance, r.report);
+  r.figures.n_candidates = found.n_candidates;
+  r.complete = found.complete;
+  modes = std::move(found.modes);
+  check_found(r, modes);
+  condensed.M_kc = mode_coupling(r.p, factor, modes.Phi);
 }
 
 Points coordinates_of(const Reduction& r, const std::vector<Index>& nodes) {
@@ -203,56 +205,9 @@ void make_free(Reduction& r, const SparseCholesky& factor, Condensation& condens
   keep_figures(r, s, std::move(m));
 }
 
-std::vector<Index> parts_of_interface(const Reduction& r) {
-  std::vector<Index> part;
-  for (const Index node : r.p.interface_nodes) part.push_back(r.part[static_cast<std::size_t>(node)]);
-  return part;
-}
-
 void make_fixed(Reduction& r, Superelement& s) {
   const auto phase = r.report.phase("massless form");
   keep_figures(r, s, make_massless_fixed(parts_of_interface(r), s));
-}
-
-void condense_and_keep(Reduction& r, Superelement& s) {
-  FixedInterfaceModes modes;
-  Condensation condensed;
-  {
-    const SparseCholesky factor = factorise(r);
-    r.figures.factor_nonzeros = factor.n_nonzeros();
-    r.figures.factor_flops = factor.flops();
-    if (has_free_modes(r.options)) {
-      check_modes_wanted(r);
-      modes.Phi.resize(r.p.n_interior(), 0);
-    } else {
-      modes = modes_to_compute(r, factor);
-    }
-    // From here on only its factor is needed, and the space may be.
-    r.p.K_II = SparseMatrix(r.p.n_interior(), r.p.n_interior());
-    CondensationOptions options;
-    options.memory = panel_memory(r.settings.memory, r.p, factor, modes.Phi);
-    options.way = r.settings.way;
-    options.panel = r.settings.panel;
-    options.keep_Psi = r.options.recovery;
-    {
-      const auto phase = r.report.phase("condensation");
-      condensed = condense(r.p, factor, modes.Phi, options, r.report);
-    }
-    if (has_free_modes(r.options)) make_free(r, factor, condensed, s);
-  }
-  r.figures.solve_flops = condensed.solve_flops;
-  r.figures.product_flops = condensed.product_flops;
-  r.figures.way = condensed.way;
-  r.figures.panel = condensed.panel;
-  if (has_free_modes(r.options)) return;
-  keep_modes(r, modes, condensed);
-  s.eigenvalues = modes.lambda;
-  s.K_cc = std::move(condensed.K_cc);
-  s.M_cc = std::move(condensed.M_cc);
-  s.M_kc = std::move(condensed.M_kc);
-  if (s.k() > 0) r.figures.highest_frequency = std::sqrt(s.eigenvalues.maxCoeff()) / (2 * std::numbers::pi);
-  if (r.options.is_massless()) make_fixed(r, s);
-  if (r.options.recovery) add_recovery(r, std::move(condensed.Psi), std::move(modes.Phi), s);
 }
 
 void add_diagonal(Reduction& r, Superelement& s) {
@@ -268,6 +223,87 @@ void add_diagonal(Reduction& r, Superelement& s) {
   Index dof = 0;
   s.V.col(condition.n_rigid).tail(s.c()).cwiseAbs().maxCoeff(&dof);
   condition.loose_node = name_of_node(r.mesh, mesh_node(r, r.p.interface_nodes[static_cast<std::size_t>(dof / 3)]));
+}
+
+// Modes that are known before the condensation.
+FixedInterfaceModes first_modes(Reduction& r, const SparseCholesky& factor) {
+  if (!has_free_modes(r.options) && !r.options.tolerance) return modes_to_compute(r, factor);
+  check_modes_wanted(r.options);
+  FixedInterfaceModes none;
+  none.Phi.resize(r.p.n_interior(), 0);
+  return none;
+}
+
+Condensation condense_with(Reduction& r, const SparseCholesky& factor, const Matrix& Phi) {
+  CondensationOptions options;
+  options.memory = panel_memory(r.settings.memory, r.p, factor, Phi);
+  options.way = r.settings.way;
+  options.panel = r.settings.panel;
+  options.keep_Psi = r.options.recovery;
+  const auto phase = r.report.phase("condensation");
+  Condensation condensed = condense(r.p, factor, Phi, options, r.report);
+  r.figures.solve_flops = condensed.solve_flops;
+  r.figures.product_flops = condensed.product_flops;
+  r.figures.way = condensed.way;
+  r.figures.panel = condensed.panel;
+  return condensed;
+}
+
+// Residual vectors of the loads inside, after the modes; and what the loads do to the coordinates.
+void add_loads(Reduction& r, const SparseCholesky& factor, FixedInterfaceModes& modes, Condensation& condensed, Superelement& s) {
+  const InteriorLoads loads = interior_loads(r.mesh, r.model, r.p, r.options.loads);
+  if (!loads.any()) return;
+  const auto phase = r.report.phase("residual vectors");
+  s.n_residual = add_residual_vectors(r.p, factor, loads.F_I, modes);
+  const Matrix more = mode_coupling(r.p, factor, modes.Phi.rightCols(s.n_residual));
+  condensed.M_kc.conservativeResize(modes.lambda.size(), r.p.n_interface());
+  condensed.M_kc.bottomRows(s.n_residual) = more;
+  s.loads = generalised_loads(r.p, factor, loads, modes.Phi);
+}
+
+void take_matrices(Reduction& r, FixedInterfaceModes& modes, Condensation& condensed, Superelement& s) {
+  s.eigenvalues = modes.lambda;
+  s.M_kc = std::move(condensed.M_kc);
+  const Index own = s.k() - s.n_residual;
+  if (own > 0) r.figures.highest_frequency = std::sqrt(s.eigenvalues.head(own).maxCoeff()) / (2 * std::numbers::pi);
+}
+
+void add_accuracy(Reduction& r, const SparseCholesky& factor, const InterfaceMotions& motions, Superelement& s) {
+  const auto phase = r.report.phase("errors");
+  s.accuracy = accuracy_of(r.p, factor, motions, s, r.figures.condition.n_rigid);
+  s.accuracy->complete_hz = std::sqrt(r.complete) / (2 * std::numbers::pi);
+  s.accuracy->tolerance = r.options.tolerance.value_or(0);
+}
+
+void condense_and_keep(Reduction& r, Superelement& s) {
+  const SparseCholesky factor = factorise(r);
+  r.figures.factor_nonzeros = factor.n_nonzeros();
+  r.figures.factor_flops = factor.flops();
+  FixedInterfaceModes modes = first_modes(r, factor);
+  // From here on only its factor is needed, and the space may be; an inertia count of modes to come takes K_II itself
+  if (!r.options.tolerance) r.p.K_II = SparseMatrix(r.p.n_interior(), r.p.n_interior());
+  Condensation condensed = condense_with(r, factor, modes.Phi);
+  if (has_free_modes(r.options)) return make_free(r, factor, condensed, s);
+  keep_modes(r, modes, condensed);
+  s.K_cc = std::move(condensed.K_cc);
+  s.M_cc = std::move(condensed.M_cc);
+  if (r.options.is_massless()) {
+    take_matrices(r, modes, condensed, s);
+    return make_fixed(r, s);
+  }
+  InterfaceMotions motions;
+  {
+    const auto phase = r.report.phase("errors");
+    motions = interface_motions(r.p, factor, s, parts_of_interface(r));
+  }
+  if (r.options.tolerance) pick_by_tolerance(r, factor, motions, s, modes, condensed);
+  if (!r.options.loads.empty()) add_loads(r, factor, modes, condensed, s);
+  take_matrices(r, modes, condensed, s);
+  r.figures.condition.reduced_rigid = rigid_residual(s.K_cc, reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c())).value;
+  require_free(r.figures.condition);
+  add_diagonal(r, s);
+  add_accuracy(r, factor, motions, s);
+  if (r.options.recovery) add_recovery(r, std::move(condensed.Psi), std::move(modes.Phi), s);
 }
 
 // Of the full K, as it was assembled.
@@ -306,14 +342,6 @@ Superelement reduce_to(const std::vector<Index>* interface, const Mesh& mesh, co
   describe_interface(r, s);
   s.basis = options.basis;
   condense_and_keep(r, s);
-  if (options.is_massless()) {
-    report_condition(r.figures.condition, report);
-    if (figures != nullptr) *figures = r.figures;
-    return s;
-  }
-  r.figures.condition.reduced_rigid = rigid_residual(s.K_cc, reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c())).value;
-  require_free(r.figures.condition);
-  add_diagonal(r, s);
   report_condition(r.figures.condition, report);
   if (figures != nullptr) *figures = r.figures;
   return s;

@@ -6,6 +6,8 @@
 #include <numbers>
 #include <string>
 
+#include "reducer/accuracy.hpp"
+
 namespace cbr {
 namespace {
 
@@ -20,12 +22,21 @@ std::string format(const char* pattern, Values... values) {
 }
 
 std::string modes_text(const Superelement& s, const ReductionFigures& figures) {
-  if (s.k() == 0) return "none kept: static condensation";
-  std::string text = std::to_string(s.k()) + " kept";
-  if (figures.n_candidates > s.k()) text += " of the lowest " + std::to_string(figures.n_candidates);
+  const Index own = s.k() - s.n_residual;
+  if (own == 0) return "none kept: static condensation";
+  std::string text = std::to_string(own) + " kept";
+  if (figures.n_candidates > own) text += " of the lowest " + std::to_string(figures.n_candidates);
   text += ", the highest at " + format("%.6g", figures.highest_frequency) + " Hz (" + figures.mode_method;
   if (figures.mode_method != "lapack") text += figures.modes_proven ? ", none missed by the inertia count" : ", not counted";
   return text + ")";
+}
+
+void say_loads(const Superelement& s, Report& report) {
+  if (s.loads.empty()) return;
+  std::string names;
+  for (const auto& [name, load] : s.loads) names += (names.empty() ? "" : ", ") + name;
+  report.line("  loads        on " + names + " inside the part: " + std::to_string(s.n_residual) +
+              " residual vectors beside the modes");
 }
 
 std::string sets_text(const Superelement& s) {
@@ -112,10 +123,12 @@ void summarise(const Superelement& s, const ReductionFigures& figures, const std
                      static_cast<long long>(figures.n_dofs), static_cast<long long>(s.c()), s.node_ids.size(),
                      static_cast<long long>(s.k()), static_cast<long long>(s.n())));
   report.line("  modes        " + modes_text(s, figures));
+  say_loads(s, report);
   if (s.is_massless()) {
     say_massless(s, figures.massless, report);
   } else {
     say_residual_mass(s, report);
+    say_accuracy(s, report);
   }
   say_rigid_body(s.rigid_body, report);
   report.line("  sets kept    " + sets_text(s));

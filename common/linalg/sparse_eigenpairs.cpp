@@ -234,4 +234,21 @@ Eigenpairs sparse_eigenpairs(const SparseMatrix& K, const SparseMatrix& M, const
   return finished(M, std::move(pairs));
 }
 
+Eigenpairs sparse_eigenpairs_beyond(const SparseMatrix& M, const SparseCholesky& factor, const Matrix& Phi, Index k,
+                                    double tolerance) {
+  assert(Phi.rows() == M.rows() && k > 0);
+  const auto project = [&](Eigen::Ref<Matrix> B) {
+    const Matrix M_B = M * B;
+    B.noalias() -= Phi * (Phi.transpose() * M_B);
+  };
+  BlockLanczosOptions options;
+  options.tolerance = tolerance;
+  // P K^-1 with P = I - Phi Phi^T M: what is known has the eigenvalue 0 there, the farthest from those that are looked for
+  Eigenpairs pairs = block_lanczos(
+      M, [&](Eigen::Ref<Matrix> B) { factor.solve_in_place(B), project(B); }, 0, k, options);
+  if (!pairs.converged) return pairs;
+  project(pairs.Phi);
+  return finished(M, std::move(pairs));
+}
+
 }  // namespace cbr

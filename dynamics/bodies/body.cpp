@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "common/error.hpp"
+
 namespace cbr {
 
 double history_value(const History& history, double t) {
@@ -22,6 +24,13 @@ void Body::add_answered_impulses(Index set, const Points& contact, const Points&
 }
 
 void Body::end_velocities(Index, Points&) { assert(false && "only bodies under newmark have them"); }
+
+void Body::add_modal_force(const Vector&, const LoadHistory&) {
+  throw InputError(
+      "instance '" + name() +
+      "': a load on faces inside the part acts on superelements of basis craig-bampton without mass_scaling only: take "
+      "the faces into the interface");
+}
 
 void Body::scale(double) { assert(false && "only where can_scale()"); }
 

@@ -100,6 +100,9 @@ class Body {
   // predict().
   virtual void add_force(const Points& forces, const LoadHistory& history) = 0;
   virtual void add_gravity(const Vector3& acceleration, const LoadHistory& history) = 0;
+  // Forces on the modal coordinates, the first ones of coordinates(): what a load inside a superelement does to its modes. Before
+  // the first predict(). InputError: a body that has no such coordinates of its own.
+  virtual void add_modal_force(const Vector& forces, const LoadHistory& history);
 
   virtual BodyState state() const = 0;
   virtual BodyWork work() const = 0;

@@ -50,6 +50,7 @@ class CoupledBody final : public Body {
   Points nodal_masses(Index set) const override;
   void add_force(const Points& forces, const LoadHistory& history) override;
   void add_gravity(const Vector3& acceleration, const LoadHistory& history) override;
+  void add_modal_force(const Vector& forces, const LoadHistory& history) override;
 
   BodyState state() const override;
   BodyWork work() const override { return work_; }

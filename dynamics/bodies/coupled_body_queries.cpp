@@ -122,6 +122,12 @@ void CoupledBody::add_gravity(const Vector3& acceleration, const LoadHistory& hi
   append_load(std::move(f), history);
 }
 
+void CoupledBody::add_modal_force(const Vector& forces, const LoadHistory& history) {
+  Vector f = Vector::Zero(system_->n());
+  f.head(forces.size()) = forces;
+  append_load(std::move(f), history);
+}
+
 BodyState CoupledBody::state() const {
   const Matrix3& T = placement_.T;
   const RigidBody& rigid = system_->model().rigid_body;

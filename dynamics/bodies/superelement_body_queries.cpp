@@ -139,6 +139,10 @@ void SuperelementBody::add_gravity(const Vector3& acceleration, const LoadHistor
   append_load(form_->E.leftCols(3) * (placement_.T.transpose() * acceleration), history);
 }
 
+void SuperelementBody::add_modal_force(const Vector& forces, const LoadHistory& history) {
+  append_load(form_->V.topRows(forces.size()).transpose() * forces, history);
+}
+
 // Central differences: the mid-step velocity, half a step on under the internal forces and loads, second order at t_.
 const Vector& SuperelementBody::present_rates() const {
   if (scheme_ != Scheme::central_difference) return v_;

@@ -21,6 +21,37 @@
 namespace cbr {
 namespace {
 
+// A load on faces that a superelement has not kept but knows (its /loads); nullptr: there are none of this name.
+const Superelement::InteriorLoad* load_inside(const BuiltScene::OfInstance& of, const std::string& surface) {
+  if (of.parts.size() != 1 || of.geometry->surfaces.count(surface) > 0) return nullptr;
+  const auto& loads = of.parts[0].superelement->loads;
+  const auto found = loads.find(surface);
+  return found != loads.end() ? &found->second : nullptr;
+}
+
+// Of a superelement that could have it: cbr-reduce takes in what the scene's loads act on.
+void require_load_inside(const Scene& scene, const Instance& instance, const Geometry& geometry, const Load& load) {
+  if (!geometry.reduced || geometry.surfaces.count(load.surface) > 0) return;
+  const ReductionOptions& reduction = *component_of(scene, instance).reduction;
+  if (reduction.is_decomposed() || reduction.is_massless()) return;
+  std::vector<std::string> kept;
+  for (const auto& [name, surface] : geometry.surfaces) kept.push_back(name);
+  throw InputError(load.source.text() + ": the superelement of instance '" + load.instance + "' has no surface '" + load.surface +
+                   "' (it keeps " + (kept.empty() ? "none" : join(kept)) +
+                   "), nor a load on it inside the part: run cbr-reduce on this scene again, which takes it in, or add it to "
+                   "reduction.interface");
+}
+
+void add_load_inside(const Superelement& s, const Superelement::InteriorLoad& inside, const Load& load, const Matrix3& T,
+                     const LoadHistory& history, Body& body) {
+  const Vector3 traction = load.kind == Load::Kind::force ? Vector3(load.value / inside.weight) : load.value;
+  const Vector Q = inside.force * (T.transpose() * traction);  // on [q_k; u_c], component axes
+  Points forces = Points::Zero(body.n_nodes(), 3);
+  for (Index i = 0; i < s.c(); ++i) forces(s.dof_node[i], s.dof_component[i]) = Q(s.k() + i);
+  body.add_force(forces * T.transpose(), history);
+  if (s.k() > 0) body.add_modal_force(Q.head(s.k()), history);
+}
+
 // Of surfaces and histories that many loads have there is one of each.
 void add_loads(const SceneIndex& index, BuiltScene& built) {
   std::map<std::pair<const Geometry*, std::string>, Vector> weights;
@@ -34,6 +65,12 @@ void add_loads(const SceneIndex& index, BuiltScene& built) {
     }
     const Index i = index.place(load.instance);
     const Geometry& geometry = *built.instances[i].geometry;
+    if (const auto* inside = load_inside(built.instances[i], load.surface)) {
+      const Superelement& s = *built.instances[i].parts[0].superelement;
+      add_load_inside(s, *inside, load, built.instances[i].placement.T, history, *built.simulation.bodies[i]);
+      continue;
+    }
+    require_load_inside(index.scene(), index.scene().instances[i], geometry, load);
     const auto [of, is_new] = weights.try_emplace({&geometry, load.surface});
     if (is_new) of->second = face_weights(find_surface(geometry, load.instance, load.surface, load.source), geometry.coordinates);
     const Vector3 traction = load.kind == Load::Kind::force ? Vector3(load.value / of->second.sum()) : load.value;

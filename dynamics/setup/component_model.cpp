@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "common/error.hpp"
+#include "dynamics/setup/half_modes.hpp"
 #include "dynamics/setup/skin_shells.hpp"
 
 namespace cbr {
@@ -73,6 +74,12 @@ void add_part(std::shared_ptr<const Superelement> superelement, std::vector<Inde
   reduced.n_dofs = reduced.n_modal + 3 * reduced.geometry->coordinates.rows();
 }
 
+// As the modes were picked.
+HalfBy half_by(const ReductionOptions& reduction) {
+  const bool by_frequency = reduction.has_second_reduction() || (reduction.pick == "frequency" && !reduction.tolerance);
+  return by_frequency ? HalfBy::frequency : HalfBy::participation;
+}
+
 ReducedComponent of_one(const SceneIndex& index, const Component& component, const BuildOptions& options) {
   const std::filesystem::path& file = component.reduction->superelement;
   auto superelement = std::make_shared<Superelement>(read_superelement(file, light));
@@ -84,10 +91,13 @@ ReducedComponent of_one(const SceneIndex& index, const Component& component, con
   for (Index i = 0; i < superelement->coordinates.rows(); ++i) node.push_back(i);
   add_part(superelement, std::move(node), reduced);
   reduced.n_dofs = superelement->n();
-  const bool massless = superelement->is_massless();
-  *superelement = read_superelement(
-      file, massless ? SuperelementParts{true, false, false}
-                     : parts_to_read(index.scene(), needs_of(index, component, reduced, stores_diagonal_form(file))));
+  const bool massless = superelement->is_massless(), stored = !options.half_modes && stores_diagonal_form(file);
+  *superelement = read_superelement(file, massless ? SuperelementParts{true, false, false}
+                                                   : parts_to_read(index.scene(), needs_of(index, component, reduced, stored)));
+  if (options.half_modes) {
+    keep_half(*superelement, half_by(*component.reduction));
+    reduced.n_modal = superelement->k(), reduced.n_dofs = superelement->n();
+  }
   reduced.superelement = superelement;
   return reduced;
 }
@@ -102,8 +112,12 @@ ReducedComponent of_group(const SceneIndex& index, const Component& component, c
   reduced.rigid_body = group.rigid_body;
   for (const Superelement& domain : group.domains) reduced.n_modal += domain.k();
   reduced.n_dofs = reduced.n_modal + 3 * nodes.coordinates.rows();
-  const Needs needs = needs_of(index, component, reduced, stores_diagonal_form(file));
+  const Needs needs = needs_of(index, component, reduced, !options.half_modes && stores_diagonal_form(file));
   group = read_superelement_group(file, parts_to_read(index.scene(), needs));
+  if (options.half_modes) {
+    for (Superelement& domain : group.domains) keep_half(domain, half_by(*component.reduction));
+    group.omega.resize(0), group.V.resize(0, 0);
+  }
   if (needs.modal) {
     Vector omega = std::move(group.omega);
     RowMatrix V = std::move(group.V);

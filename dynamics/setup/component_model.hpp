@@ -32,6 +32,7 @@ struct BuildOptions {
   // With central differences and newmark, superelements up to this many coordinates move in their diagonal form. Not given: those
   // whose file has it, and small ones.
   std::optional<Index> diagonal_limit;
+  bool half_modes = false;  // every superelement with half of its modes: of the run that --check-error compares with
 };
 
 struct ReducedComponent {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/assembly.hpp"
+#include "common/mesh/face_weights.hpp"
 #include "common/mesh/surface.hpp"
 #include "common/scene.hpp"
 #include "common/superelement.hpp"
@@ -31,10 +32,5 @@ const Surface& find_surface(const Geometry& geometry, const std::string& instanc
 // Of a surface or a nodeset.
 std::vector<Index> find_nodes(const Geometry& geometry, const std::string& instance, const std::string& name,
                               const SourceLine& source);
-
-// Integral of each node's shape function over the surface (n_nodes, area units; sums to the area): a uniform traction t on the
-// faces is the nodal forces t x weights. Exact for flat parallelograms and triangles of both orders; 3 x 3 Gauss points on other
-// quads.
-Vector face_weights(const Surface& surface, const Points& coordinates);
 
 }  // namespace cbr

@@ -67,6 +67,67 @@ TEST(SuperelementFile, basisMasslessHasMatricesOfItsOwn) {
   EXPECT_EQ(Hdf5Reader(folder / "other.h5").read_string("/", "format_version"), "1.0");
 }
 
+Superelement sample_with_extras() {
+  Superelement s = sample_superelement();
+  Superelement::Accuracy a;
+  a.rho_res = Vector3(0.1, 0.2, 0.3), a.rho_floor = Vector3(0.01, 0.02, 0.03);
+  a.strain_left_out << 1, 2, 3, 4, 5, 6;
+  a.largest_left_out = 7, a.covered_hz = 8, a.complete_hz = 9, a.tolerance = 0.5;
+  a.surfaces["contact"] = {0.25, 0.125};
+  a.frequency_hz = Vector3(1, 2, 3), a.eigenvalue_error = Vector3(0.1, 0.2, 0.4);
+  s.accuracy = a;
+  s.loads["inside"] = {2.5, Matrix(s.V.leftCols(3))};
+  s.n_residual = 2;
+  return s;
+}
+
+TEST(SuperelementFile, accuracyAndLoadsAreKept) {
+  const TemporaryFolder folder;
+  const Superelement written = sample_with_extras();
+  write_superelement(written, folder / "s.h5");
+  EXPECT_EQ(Hdf5Reader(folder / "s.h5").read_string("/", "format_version"), "1.2");
+  const Superelement read = read_superelement(folder / "s.h5");
+  EXPECT_TRUE(test::identical(read, written));
+  ASSERT_TRUE(read.accuracy);
+  const Superelement::Accuracy &a = *read.accuracy, &b = *written.accuracy;
+  EXPECT_EQ(a.rho_res, b.rho_res);
+  EXPECT_EQ(a.rho_floor, b.rho_floor);
+  EXPECT_EQ(a.strain_left_out, b.strain_left_out);
+  EXPECT_EQ(a.frequency_hz, b.frequency_hz);
+  EXPECT_EQ(a.eigenvalue_error, b.eigenvalue_error);
+  EXPECT_EQ(std::vector<double>({a.largest_left_out, a.covered_hz, a.complete_hz, a.tolerance}),
+            std::vector<double>({7, 8, 9, 0.5}));
+  ASSERT_EQ(a.surfaces.size(), 1U);
+  EXPECT_EQ(a.surfaces.at("contact").impact, 0.25);
+  EXPECT_EQ(a.surfaces.at("contact").strain_left_out, 0.125);
+  ASSERT_EQ(read.loads.size(), 1U);
+  EXPECT_EQ(read.loads.at("inside").weight, 2.5);
+  EXPECT_EQ(read.loads.at("inside").force, written.loads.at("inside").force);
+  EXPECT_EQ(read.n_residual, 2);
+}
+
+TEST(SuperelementFile, accuracyAndLoadsAreChecked) {
+  const auto expect = [&](const std::string& field, auto&& damage) {
+    Superelement s = sample_with_extras();
+    damage(s);
+    try {
+      check(s, "s.h5");
+      ADD_FAILURE() << field;
+    } catch (const InputError& error) {
+      EXPECT_NE(std::string(error.what()).find("s.h5: " + field), std::string::npos) << error.what();
+    }
+  };
+  expect("attribute 'n_residual'", [](Superelement& s) { s.n_residual = s.k() + 1; });
+  expect("/loads/inside/force", [](Superelement& s) { s.loads["inside"].force.conservativeResize(5, 3); });
+  expect("/loads/inside/force", [](Superelement& s) { s.loads["inside"].force(2, 1) = NAN; });
+  expect("/loads/inside/weight", [](Superelement& s) { s.loads["inside"].weight = 0; });
+  expect("/accuracy/rho_res", [](Superelement& s) { s.accuracy->rho_res(1) = NAN; });
+  expect("/accuracy/strain_left_out", [](Superelement& s) { s.accuracy->strain_left_out.resize(4); });
+  expect("/accuracy/eigenvalue_error", [](Superelement& s) { s.accuracy->eigenvalue_error.resize(2); });
+  expect("/accuracy", [](Superelement& s) { s.accuracy->covered_hz = INFINITY; });
+  expect("/accuracy/surfaces/contact", [](Superelement& s) { s.accuracy->surfaces["contact"].impact = NAN; });
+}
+
 TEST(SuperelementFile, basisMasslessIsChecked) {
   const auto refusal = [](auto&& damage) {
     Superelement s = massless_sample();

@@ -216,8 +216,10 @@ const std::vector<Mistake> mistakes = {
     // combinations
     {"modes: 80\n",
      "modes: 80\n      cutoff_hz: 1e6\n",
-     {"components.block.reduction: more than one of modes, cutoff_hz is given"}},
-    {"      modes: 80\n", "", {"none of modes, cutoff_hz is given, expected exactly one"}},
+     {"components.block.reduction: more than one of modes, cutoff_hz, tolerance is given"}},
+    {"      modes: 80\n", "      modes: 80\n      tolerance: 1.0e-3\n", {"more than one of modes, cutoff_hz, tolerance"}},
+    {"      modes: 80\n", "      tolerance: 1.5\n", {"reduction.tolerance", "1.5", "between 0 and 1"}},
+    {"      modes: 80\n", "", {"none of modes, cutoff_hz, tolerance is given, expected exactly one"}},
     {"      interface: [contact, \"two words\"]\n", "", {"components.block.reduction: missing key 'interface'"}},
     {"interface: [contact, \"two words\"]", "interface: [contact, contact]", {"'contact' is there twice"}},
     {"interface: [contact, \"two words\"]", "interface: {contact: 1}", {"expected a list"}},

@@ -193,6 +193,21 @@ TEST(Estimate, CutoffCountsByWeylsLaw) {
   EXPECT_LT(e.domains[0].n_modes, 170);
 }
 
+TEST(Estimate, ToleranceTakesWhatBlocksNeed) {
+  const Mesh mesh = cube(8);
+  ReductionOptions options = options_of("x_max", 0);
+  options.modes.reset();
+  Index before = 0;
+  for (const double tolerance : {0.1, 1e-2, 1e-3}) {
+    options.tolerance = tolerance;
+    const Estimate e = estimate(mesh, properties(mesh, paper_steel()), options, one_domain(mesh), no_limit);
+    EXPECT_TRUE(e.modes_are_of_tolerance);
+    EXPECT_GT(e.domains[0].n_modes, before);
+    EXPECT_GE(e.domains[0].n_candidates, e.domains[0].n_modes);
+    before = e.domains[0].n_modes;
+  }
+}
+
 TEST(Estimate, WrongInputIsNamed) {
   const Mesh mesh = cube(2);
   const auto message = [&](const ReductionOptions& options) -> std::string {

@@ -116,6 +116,52 @@ TEST_F(Program, ReducesOnlyWhatHasChanged) {
   EXPECT_TRUE(is_made_anew({}));
 }
 
+TEST_F(Program, AToleranceIsReducedOnce) {
+  const std::string file = scene("{interface: [x_max], tolerance: 0.02}");
+  const std::string handed_on = run({file});
+  EXPECT_NE(handed_on.find("tolerance: 0.02"), std::string::npos) << handed_on;
+  EXPECT_EQ(handed_on.find("pick:"), std::string::npos) << handed_on;
+  const Superelement s = read_superelement(path("box.cbr.h5"));
+  EXPECT_EQ(s.provenance.at("tolerance"), "0.02");
+  ASSERT_TRUE(s.accuracy);
+  EXPECT_LE(s.accuracy->largest_left_out, 0.02);
+  const auto written = fs::last_write_time(path("box.cbr.h5"));
+  run({file});
+  EXPECT_EQ(fs::last_write_time(path("box.cbr.h5")), written);
+  run({scene("{interface: [x_max], tolerance: 0.3}")});
+  EXPECT_LT(read_superelement(path("box.cbr.h5")).k(), s.k());
+  EXPECT_NE(message_of({scene("{interface: [x_max], tolerance: 0.3, pick: participation}")}).find("goes with modes"),
+            std::string::npos);
+  EXPECT_NE(message_of({scene("{interface: [x_max], tolerance: 0.3, basis: massless}")}).find("cannot be had with basis: massless"),
+            std::string::npos);
+}
+
+TEST_F(Program, LoadsInsideAreTakenInByThemselves) {
+  const auto load = [](const std::string& set) { return "loads: [{instance: a, surface: " + set + ", force: [1, 0, 0]}]\n"; };
+  const auto written = [&] { return fs::last_write_time(path("box.cbr.h5")); };
+  const std::string reduction = "{interface: [x_max], modes: 4}";
+  run({scene(reduction, load("x_min"))});
+  const Superelement s = read_superelement(path("box.cbr.h5"));
+  EXPECT_EQ(s.k(), 7);
+  EXPECT_EQ(s.n_residual, 3);
+  ASSERT_EQ(s.loads.count("x_min"), 1U);
+  EXPECT_EQ(read_superelement(path("twin.cbr.h5")).k(), 4);  // no load on an instance of it
+  auto before = written();
+  run({scene(reduction, load("x_min"))});
+  EXPECT_EQ(written(), before);
+  // Other loads: made anew; one on the interface needs nothing
+  run({scene(reduction, load("y_min"))});
+  EXPECT_EQ(read_superelement(path("box.cbr.h5")).loads.count("x_min"), 0U);
+  run({scene(reduction, load("x_max"))});
+  EXPECT_TRUE(read_superelement(path("box.cbr.h5")).loads.empty());
+  before = written();
+  run({scene(reduction)});
+  EXPECT_EQ(written(), before);
+  run({scene("{interface: [x_max], modes: 4, loads: [z_min]}")});
+  EXPECT_EQ(read_superelement(path("twin.cbr.h5")).loads.count("z_min"), 1U);
+  EXPECT_NE(message_of({scene(reduction, load("x_mni"))}).find("no sideset 'x_mni'"), std::string::npos);
+}
+
 TEST_F(Program, TheMemoryOptionChangesTheWayAndNotTheResult) {
   run(mesh_arguments({"--recovery"}));
   const Superelement a = read_superelement(path("box.cbr.h5"));

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "common/superelement_extras.hpp"
+
+#include <cmath>
+
+#include "common/error.hpp"
+
+namespace cbr {
+namespace {
+
+std::string root(const std::string& prefix) { return prefix.empty() ? "/" : prefix; }
+
+void write_accuracy(Hdf5Writer& file, const std::string& group, const Superelement::Accuracy& a) {
+  file.write(group + "/rho_res", Vector(a.rho_res));
+  if (a.rho_floor) file.write(group + "/rho_floor", Vector(*a.rho_floor));
+  file.write(group + "/strain_left_out", a.strain_left_out);
+  file.write(group + "/largest_left_out", a.largest_left_out);
+  for (const auto& [name, surface] : a.surfaces) {
+    file.write(group + "/surfaces/" + name + "/impact", surface.impact);
+    file.write(group + "/surfaces/" + name + "/strain_left_out", surface.strain_left_out);
+  }
+  file.write(group + "/frequency_hz", a.frequency_hz);
+  file.write(group + "/eigenvalue_error", a.eigenvalue_error);
+  file.write(group + "/covered_hz", a.covered_hz);
+  file.write(group + "/complete_hz", a.complete_hz);
+  file.write(group + "/tolerance", a.tolerance);
+}
+
+Vector3 read_vector3(const Hdf5Reader& file, const std::string& dataset) {
+  const Vector v = file.read_vector(dataset);
+  if (v.size() != 3)
+    throw InputError(file.file().string() + ": " + dataset + ": wrong shape (" + std::to_string(v.size()) + "), expected (3)");
+  return v;
+}
+
+Superelement::Accuracy read_accuracy(const Hdf5Reader& file, const std::string& group) {
+  Superelement::Accuracy a;
+  a.rho_res = read_vector3(file, group + "/rho_res");
+  if (file.has(group + "/rho_floor")) a.rho_floor = read_vector3(file, group + "/rho_floor");
+  a.strain_left_out = file.read_vector(group + "/strain_left_out");
+  a.largest_left_out = file.read_scalar(group + "/largest_left_out");
+  if (file.has(group + "/surfaces")) {
+    for (const auto& name : file.children(group + "/surfaces")) {
+      const std::string of = group + "/surfaces/" + name;
+      a.surfaces[name] = {file.read_scalar(of + "/impact"), file.read_scalar(of + "/strain_left_out")};
+    }
+  }
+  a.frequency_hz = file.read_vector(group + "/frequency_hz");
+  a.eigenvalue_error = file.read_vector(group + "/eigenvalue_error");
+  a.covered_hz = file.read_scalar(group + "/covered_hz");
+  a.complete_hz = file.read_scalar(group + "/complete_hz");
+  a.tolerance = file.read_scalar(group + "/tolerance");
+  return a;
+}
+
+}  // namespace
+
+bool has_extras(const Superelement& s) { return s.accuracy || !s.loads.empty() || s.n_residual > 0; }
+
+void write_extras(Hdf5Writer& file, const std::string& prefix, const Superelement& s) {
+  if (s.accuracy) write_accuracy(file, prefix + "/accuracy", *s.accuracy);
+  for (const auto& [name, load] : s.loads) {
+    file.write(prefix + "/loads/" + name + "/force", load.force);
+    file.write(prefix + "/loads/" + name + "/weight", load.weight);
+  }
+  if (s.n_residual > 0) file.attribute(root(prefix), "n_residual", s.n_residual);
+}
+
+void read_extras(const Hdf5Reader& file, const std::string& prefix, Superelement& s) {
+  if (file.has(prefix + "/accuracy")) s.accuracy = read_accuracy(file, prefix + "/accuracy");
+  if (file.has(prefix + "/loads")) {
+    for (const auto& name : file.children(prefix + "/loads")) {
+      const std::string group = prefix + "/loads/" + name;
+      s.loads[name] = {file.read_scalar(group + "/weight"), file.read_matrix(group + "/force")};
+    }
+  }
+  if (file.has_attribute(root(prefix), "n_residual")) s.n_residual = file.read_index(root(prefix), "n_residual");
+}
+
+void check_extras(const Superelement& s, const std::string& where) {
+  const auto require = [&](bool right, const std::string& field, const std::string& what) {
+    if (!right) throw InputError(where + ": " + field + ": " + what);
+  };
+  require(s.n_residual >= 0 && s.n_residual <= s.k(), "attribute 'n_residual'",
+          std::to_string(s.n_residual) + " found, the superelement has " + std::to_string(s.k()) + " modes");
+  for (const auto& [name, load] : s.loads) {
+    const std::string group = "/loads/" + name;
+    require(load.force.rows() == s.n() && load.force.cols() == 3, group + "/force",
+            "wrong shape (" + std::to_string(load.force.rows()) + ", " + std::to_string(load.force.cols()) + "), expected (" +
+                std::to_string(s.n()) + ", 3)");
+    require(load.force.allFinite(), group + "/force", "not finite");
+    require(std::isfinite(load.weight) && load.weight > 0, group + "/weight", "is not a positive number");
+  }
+  if (!s.accuracy) return;
+  const Superelement::Accuracy& a = *s.accuracy;
+  const std::string group = "/accuracy/";
+  require(a.rho_res.allFinite() && (!a.rho_floor || a.rho_floor->allFinite()), group + "rho_res", "not finite");
+  require(a.strain_left_out.size() == 6, group + "strain_left_out",
+          "wrong shape (" + std::to_string(a.strain_left_out.size()) + "), expected (6)");
+  require(a.frequency_hz.size() == a.eigenvalue_error.size(), group + "eigenvalue_error",
+          "wrong length " + std::to_string(a.eigenvalue_error.size()) + ", expected " + std::to_string(a.frequency_hz.size()));
+  require(a.strain_left_out.allFinite() && a.frequency_hz.allFinite() && a.eigenvalue_error.allFinite(), "/accuracy", "not finite");
+  for (const auto& [name, of] : a.surfaces)
+    require(std::isfinite(of.impact) && std::isfinite(of.strain_left_out), group + "surfaces/" + name, "not finite");
+  for (const double value : {a.largest_left_out, a.covered_hz, a.complete_hz, a.tolerance})
+    require(std::isfinite(value), "/accuracy", "not finite");
+}
+
+}  // namespace cbr

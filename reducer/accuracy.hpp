@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Errors of a reduction that are known before any run (docs/theory.md, "Errors known before the run").
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/linalg/sparse_cholesky.hpp"
+#include "common/report.hpp"
+#include "common/superelement.hpp"
+#include "reducer/partition.hpp"
+
+namespace cbr {
+
+// Motions of the interface that errors are measured on: six rigid ones (translations along x, y, z and rotations about them through
+// the centre of mass), then for each of `surfaces` what a uniform pressure on it does to the free component.
+struct InterfaceMotions {
+  std::vector<std::string> surfaces;  // the superelement's that are nearly flat
+  Matrix W;                           // c x m, m = 6 + surfaces.size()
+  Matrix Y;                           // n_I x m, (M_IC + M_II Psi) W: minus the interior's inertia forces under accelerations W
+  Matrix E;                           // m x m, Y^T K_II^-1 Y: of the interior's strain energy under them, twice
+
+  static constexpr Index n_rigid = 6;
+  Index size() const { return W.cols(); }
+};
+
+// Y = (M_IC + M_II Psi) W   (n_I x m), Psi W = -K_II^-1 K_IC W
+Matrix inertia_forces(const Partition& p, const SparseCholesky& factor, const Matrix& W);
+
+// s: K_cc, M_cc and what describes its interface. `part`: per node of it, the connected part of the component. 2 m solves.
+InterfaceMotions interface_motions(const Partition& p, const SparseCholesky& factor, const Superelement& s,
+                                   const std::vector<Index>& part);
+
+// What modes leave of E. One row of B per mode: phi_j^T Y / sqrt(lambda_j)   (k x m).
+struct StrainLeftOut {
+  Vector of_motion;                          // m, shares
+  double largest = 0;                        // of all rigid motions
+  Vector worst;                              // n_rigid, the rigid motion that has it, in the first columns of W
+  double worst_of_all(Index& motion) const;  // and the motion from n_rigid on, or -1 for a rigid one
+};
+StrainLeftOut strain_left_out(const InterfaceMotions& motions, const Matrix& B);
+
+// L of M_res = M_cc - M_kc^T M_kc = L L^T (lower triangle); empty when it is not positive definite.
+Matrix residual_mass_factor(const Superelement& s);
+// Share of the energy of a free component that flies along the mean normal of a surface that it loses when all nodes of the
+// surface are stopped in the direction of its normals at once, frictionless: (G r)^T (G M_res^-1 G^T)^-1 G r / r^T M_cc r with the
+// normals' rows G and the rigid translation r.
+double impact_share(const Superelement& s, const Matrix& L, const Surface& surface);
+
+// Of the free component's lowest elastic modes (columns of V beyond n_rigid): eta = r_I^T K_II^-1 r_I / lambda, the share by which
+// lambda is too high, to second order. The lowest 32, fewer where one is off by more than 0.1. Two solves a mode.
+void estimate_eigenvalue_errors(const Partition& p, const SparseCholesky& factor, const Superelement& s, Index n_rigid,
+                                Superelement::Accuracy& accuracy);
+
+// All of the above. n_rigid: columns of V that are rigid motions; looked at when s has its diagonal form.
+Superelement::Accuracy accuracy_of(const Partition& p, const SparseCholesky& factor, const InterfaceMotions& motions,
+                                   const Superelement& s, Index n_rigid);
+
+// For the summary.
+void say_accuracy(const Superelement& s, Report& report);
+
+}  // namespace cbr

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "reducer/interior_loads.hpp"
+
+#include <Eigen/Dense>
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/error.hpp"
+#include "common/linalg/eigenpairs.hpp"
+#include "common/mesh/face_weights.hpp"
+#include "common/mesh/surface.hpp"
+
+namespace cbr {
+namespace {
+
+// Of the strain energy of K_II^-1 F: what the modes leave of it, and what one vector has beside the others, to be worth one.
+constexpr double round_off = 1e-10;
+
+// Place of each mesh node's first dof in u_I (>= 0) or, as -1 - place, in u_C.
+std::vector<Index> places(const Mesh& mesh, const FiniteElementModel& model, const Partition& p) {
+  std::vector<Index> place(mesh.node_ids.size(), 0);
+  for (std::size_t i = 0; i < p.interior_nodes.size(); ++i) place[model.nodes[p.interior_nodes[i]]] = 3 * static_cast<Index>(i);
+  for (std::size_t i = 0; i < p.interface_nodes.size(); ++i)
+    place[model.nodes[p.interface_nodes[i]]] = -1 - 3 * static_cast<Index>(i);
+  return place;
+}
+
+}  // namespace
+
+InteriorLoads interior_loads(const Mesh& mesh, const FiniteElementModel& model, const Partition& p,
+                             const std::vector<std::string>& sets) {
+  InteriorLoads loads;
+  const std::vector<Index> place = places(mesh, model, p);
+  std::vector<Vector> weights;
+  std::vector<std::vector<Index>> nodes;
+  for (const std::string& name : sets) {
+    const Index set = find_sideset(mesh, name);
+    if (set < 0) throw InputError("loads: the mesh has no sideset '" + name + "' (there are: " + set_names(mesh) + ")");
+    const Surface surface = extract_surface(mesh, mesh.sidesets[set]);
+    std::vector<Index> of_surface = surface_nodes(surface);
+    for (const Index node : of_surface)
+      if (model.row[node] < 0) throw InputError("loads: sideset '" + name + "' has a node that no volume element uses");
+    if (std::all_of(of_surface.begin(), of_surface.end(), [&](Index node) { return place[node] < 0; })) continue;
+    loads.names.push_back(name);
+    weights.push_back(face_weights(surface, mesh.coordinates));
+    loads.areas.push_back(weights.back().sum());
+    nodes.push_back(std::move(of_surface));
+  }
+  const auto m = static_cast<Index>(loads.names.size());
+  loads.F_I = Matrix::Zero(p.n_interior(), 3 * m);
+  loads.F_C = Matrix::Zero(p.n_interface(), 3 * m);
+  for (Index j = 0; j < m; ++j)
+    for (const Index node : nodes[j])
+      for (int d = 0; d < 3; ++d) {
+        const Index at = place[node];
+        (at >= 0 ? loads.F_I(at + d, 3 * j + d) : loads.F_C(-1 - at + d, 3 * j + d)) = weights[j](node);
+      }
+  return loads;
+}
+
+Index add_residual_vectors(const Partition& p, const SparseCholesky& factor, const Matrix& F_I, FixedInterfaceModes& modes) {
+  if (F_I.cols() == 0 || p.n_interior() == 0) return 0;
+  const Index k = modes.lambda.size();
+  Matrix X = F_I;
+  factor.solve_in_place(X);
+  const Vector energy = F_I.cwiseProduct(X).colwise().sum();  // F^T K_II^-1 F, diagonal
+  Matrix F = F_I;                                             // K_II X
+  if (k > 0) {
+    // X <- X - Phi (Phi^T M_II X) twice, so that round-off leaves nothing of the modes in it; K_II X goes along by M_II Phi Lambda
+    for (int pass = 0; pass < 2; ++pass) {
+      const Matrix overlap = modes.Phi.transpose() * Matrix(p.M_II * X);
+      X.noalias() -= modes.Phi * overlap;
+      F.noalias() -= p.M_II * Matrix(modes.Phi * Matrix(modes.lambda.asDiagonal() * overlap));
+    }
+  }
+  const Vector scale = energy.unaryExpr([](double e) { return e > 0 ? 1 / std::sqrt(e) : 0.0; });
+  X = X * scale.asDiagonal();
+  Matrix K = X.transpose() * F * scale.asDiagonal();
+  K = 0.5 * (K + K.transpose()).eval();
+  // Independent directions in energy: K = U diag(e) U^T
+  const Eigen::SelfAdjointEigenSolver<Matrix> independent(K);
+  std::vector<Index> kept;
+  for (Index j = 0; j < K.cols(); ++j)
+    if (independent.eigenvalues()(j) > round_off) kept.push_back(j);
+  if (kept.empty()) return 0;
+  const Vector root = Vector(independent.eigenvalues()(kept)).cwiseSqrt().cwiseInverse();
+  const Matrix T = Matrix(independent.eigenvectors()(Eigen::all, kept)) * root.asDiagonal();
+  X = X * T;  // X^T K_II X = I
+  const Matrix M = X.transpose() * Matrix(p.M_II * X);
+  const Eigen::SelfAdjointEigenSolver<Matrix> ritz(M);
+  const Vector mu = ritz.eigenvalues().reverse();  // 1 / lambda, lambda ascending
+  Matrix more = X * Matrix(ritz.eigenvectors().rowwise().reverse()) * Matrix(mu.cwiseSqrt().cwiseInverse().asDiagonal());
+  fix_signs(more);
+  const Index r = more.cols();
+  modes.lambda.conservativeResize(k + r);
+  modes.lambda.tail(r) = mu.cwiseInverse();
+  modes.Phi.conservativeResize(Eigen::NoChange, k + r);
+  modes.Phi.rightCols(r) = more;
+  return r;
+}
+
+std::map<std::string, Superelement::InteriorLoad> generalised_loads(const Partition& p, const SparseCholesky& factor,
+                                                                    const InteriorLoads& loads, const Matrix& Phi) {
+  Matrix X = loads.F_I;
+  factor.solve_in_place(X);
+  Matrix Q(Phi.cols() + p.n_interface(), loads.F_I.cols());
+  Q << Phi.transpose() * loads.F_I, loads.F_C - p.K_IC.transpose() * X;
+  std::map<std::string, Superelement::InteriorLoad> result;
+  for (std::size_t j = 0; j < loads.names.size(); ++j)
+    result[loads.names[j]] = {loads.areas[j], Q.middleCols(3 * static_cast<Index>(j), 3)};
+  return result;
+}
+
+}  // namespace cbr

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// reduction: {tolerance: ...}: as few modes as keep the errors below it (docs/theory.md, "What a tolerance bounds").
+#pragma once
+
+#include <vector>
+
+#include "common/linalg/sparse_cholesky.hpp"
+#include "common/report.hpp"
+#include "reducer/accuracy.hpp"
+#include "reducer/fixed_interface_modes.hpp"
+#include "reducer/partition.hpp"
+
+namespace cbr {
+
+// How many of the free component's lowest elastic modes a tolerance is asked of.
+constexpr Index n_free_modes_of_tolerance = 10;
+
+struct ModesOfTolerance {
+  FixedInterfaceModes modes;  // picked, ascending
+  Index n_candidates = 0;     // computed for that
+  double complete = 0;        // lambda of the lowest candidate that is not kept, or of the last where all are
+};
+
+// Modes such that both the share of strain energy that they leave out under any rigid acceleration of the interface, and the
+// relative errors of the eigenvalues of the free component's ten lowest elastic modes (estimated), are no more than the tolerance.
+// Candidates are computed, lowest first, until all of them suffice; nothing is solved for twice. Of them the one that takes most
+// part in the largest error is taken, again and again; modes of one frequency are taken together, as their shapes are arbitrary,
+// and so are all within sqrt(2) of the free modes' frequencies. s: K_cc, M_cc; part: per node of s. Above 6000 interface dofs rigid
+// motions alone count. InputError: more than 5000 would be needed and the interior has more.
+ModesOfTolerance modes_of_tolerance(const Partition& p, const SparseCholesky& factor, const InterfaceMotions& motions,
+                                    const Superelement& s, const std::vector<Index>& part, double tolerance, Report& report);
+
+}  // namespace cbr

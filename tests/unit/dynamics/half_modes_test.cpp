@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/setup/half_modes.hpp"
+
+#include <gtest/gtest.h>
+
+#include "reducer/reduce.hpp"
+#include "tests/support/scene_run.hpp"
+
+namespace cbr {
+namespace {
+
+Superelement reduced(Index modes, const std::string& basis, const std::string& pick = "frequency") {
+  const Mesh mesh = test::block_mesh({{4, 3, 2}, Vector3(1, 0.8, 0.7)});
+  ReductionOptions options;
+  options.interface_sets = {"x_max"};
+  options.modes = modes, options.basis = basis, options.pick = pick;
+  Report report("test", Verbosity::quiet);
+  return reduce(mesh, {BlockProperties{{100, 0.3, 1}, Hex8Formulation::incompatible}}, MassKind::lumped, options, {}, report);
+}
+
+double relative(const Matrix& a, const Matrix& b) { return (a - b).norm() / b.norm(); }
+
+TEST(KeepHalf, IsTheReductionWithHalfOfTheModes) {
+  Superelement s = reduced(11, "craig-bampton");
+  const Superelement half = reduced(5, "craig-bampton");
+  EXPECT_EQ(keep_half(s, HalfBy::frequency), 6);
+  EXPECT_FALSE(s.has_diagonal_form());
+  EXPECT_LT(relative(s.eigenvalues, half.eigenvalues), 1e-10);
+  EXPECT_LT(relative(s.M_kc.cwiseAbs(), half.M_kc.cwiseAbs()), 1e-8);
+  EXPECT_EQ(s.K_cc, half.K_cc);
+}
+
+TEST(KeepHalf, OfBasisMasslessLeavesStaticsAsTheyAre) {
+  Superelement s = reduced(10, "massless");
+  const Superelement half = reduced(5, "massless");
+  EXPECT_EQ(keep_half(s, HalfBy::frequency), 5);
+  EXPECT_EQ(s.k(), 11);
+  EXPECT_LT(relative(s.massless.F, half.massless.F), 1e-8);
+  EXPECT_LT(relative(s.massless.V.cwiseAbs(), half.massless.V.cwiseAbs()), 1e-7);
+  EXPECT_NEAR(s.massless.omega_closed, half.massless.omega_closed, 1e-8 * half.massless.omega_closed);
+}
+
+TEST(KeepHalf, TakesWhatWasPickedByParticipation) {
+  Superelement s = reduced(12, "craig-bampton", "participation");
+  const std::vector<Index> best = modes_by_participation(s.M_kc, 6);
+  const Vector expected = s.eigenvalues(best);
+  keep_half(s, HalfBy::participation);
+  EXPECT_EQ(s.eigenvalues, expected);
+}
+
+TEST(KeepHalf, OfDomainsIsThatOfEach) {
+  test::SceneFolder folder;
+  folder.add("part.exo", test::block_mesh({{6, 3, 2}, Vector3(1, 0.6, 0.8)}));
+  const test::Ran ran = folder.prepare(
+      "materials: {m: {youngs_modulus: 100, poissons_ratio: 0.3, density: 1}}\n"
+      "components:\n  part: {mesh: part.exo, material: m, reduction: {interface: [x_max], modes: 7, domains: 2}}\n"
+      "instances:\n  a: {component: part}\ntime: {end: 0.1, step: 1.0e-3}\n");
+  Report report("test", Verbosity::quiet);
+  BuildOptions options;
+  options.half_modes = true;
+  const BuiltScene half = build(ran.scene, report, options);
+  EXPECT_EQ(ran.built.instances.at(0).n_modal, 14);
+  EXPECT_EQ(half.instances.at(0).n_modal, 6);
+  EXPECT_EQ(half.simulation.bodies.at(0)->n_dofs(), ran.built.simulation.bodies.at(0)->n_dofs() - 8);
+}
+
+}  // namespace
+}  // namespace cbr

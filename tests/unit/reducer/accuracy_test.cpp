@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What a reduction says of its own errors, held against the full model.
+#include "reducer/accuracy.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <numbers>
+
+#include "common/error.hpp"
+#include "common/linalg/eigenpairs.hpp"
+#include "common/program.hpp"
+#include "reducer/mode_tolerance.hpp"
+#include "reducer/reduce.hpp"
+#include "tests/unit/reducer/box_mesh.hpp"
+
+namespace cbr::test {
+namespace {
+
+const Material soft = {1000, 0.3, 2};
+
+Mesh block() { return box_mesh({{6, 4, 3}, {6, 4, 3}, {1, 2, 3}, 0.05}); }
+
+ReductionOptions of(std::vector<std::string> sets) {
+  ReductionOptions options;
+  options.interface_sets = std::move(sets);
+  return options;
+}
+
+Superelement reduced(const Mesh& mesh, const ReductionOptions& options, MassKind mass, ReductionFigures* figures = nullptr) {
+  set_threads(1);  // small matrices, and other tests run beside this one
+  Report report("test", Verbosity::quiet);
+  return reduce(mesh, properties(mesh, soft), mass, options, {}, report, figures);
+}
+
+struct Full {
+  FiniteElementModel model;
+  Partition p;
+  Vector eigenvalues;
+};
+
+Full full(const Mesh& mesh, const std::vector<std::string>& sets, MassKind mass) {
+  Full f;
+  f.model = assemble(mesh, properties(mesh, soft), mass);
+  f.p = partition(f.model, interface_nodes(mesh, f.model, sets));
+  f.eigenvalues = dense_eigenpairs(Matrix(f.model.K), Matrix(f.model.M), f.model.K.rows()).lambda;
+  return f;
+}
+
+class Accuracy : public testing::TestWithParam<MassKind> {};
+INSTANTIATE_TEST_SUITE_P(Masses, Accuracy, testing::Values(MassKind::lumped, MassKind::consistent));
+
+TEST_P(Accuracy, EstimatedErrorsOfEigenvaluesAreTheTrueOnes) {
+  const Mesh mesh = block();
+  for (const auto& sets : {std::vector<std::string>{"x_max"}, {"x_min", "z_max"}}) {
+    const Full f = full(mesh, sets, GetParam());
+    ReductionOptions options = of(sets);
+    options.modes = 60;
+    const Superelement s = reduced(mesh, options, GetParam());
+    ASSERT_TRUE(s.accuracy);
+    ASSERT_GE(s.accuracy->frequency_hz.size(), 10);
+    const double next = std::pow(2 * std::numbers::pi * s.accuracy->complete_hz, 2);
+    int compared = 0;
+    for (Index j = 0; j < s.accuracy->frequency_hz.size(); ++j) {
+      const double lambda = s.omega(6 + j) * s.omega(6 + j), truth = 1 - f.eigenvalues(6 + j) / lambda;
+      EXPECT_NEAR(s.accuracy->frequency_hz(j), s.omega(6 + j) / (2 * std::numbers::pi), 1e-9 * s.accuracy->frequency_hz(j));
+      if (lambda > 0.2 * next) break;
+      // The estimate neglects lambda beside the missing modes' eigenvalues
+      EXPECT_GT(s.accuracy->eigenvalue_error(j), 0.7 * truth) << j;
+      EXPECT_LT(s.accuracy->eigenvalue_error(j), 1.02 * truth) << j;
+      ++compared;
+    }
+    EXPECT_GE(compared, 3);
+  }
+}
+
+TEST_P(Accuracy, StrainLeftOutIsThatOfAnAcceleratedInterface) {
+  const Mesh mesh = block();
+  const Full f = full(mesh, {"x_max"}, GetParam());
+  ReductionOptions options = of({"x_max"});
+  options.modes = 12;
+  options.recovery = true;
+  const Superelement s = reduced(mesh, options, GetParam());
+  const Matrix& Phi = s.recovery.at(0).Phi;
+  const Eigen::LLT<Matrix> K_II{Matrix(f.p.K_II)};
+  const Matrix Y = f.p.M_IC * Matrix(reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c())) +
+                   f.p.M_II * s.recovery.at(0).Psi * reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c());
+  Vector direction(6);
+  direction << 0.3, -1, 0.2, 0.1, 0.4, -0.7;
+  double most = 0;
+  for (Index i = 0; i <= 6; ++i) {
+    const Vector y = i < 6 ? Vector(Y.col(i)) : Vector(Y * direction);
+    // Constant acceleration: u = K_II^-1 y, with modes Phi Lambda^-1 Phi^T y; energies y^T u / 2
+    const double whole = y.dot(K_II.solve(y)), caught = (Phi.transpose() * y).cwiseAbs2().dot(s.eigenvalues.cwiseInverse());
+    const double left = 1 - caught / whole;
+    if (i < 6) {
+      EXPECT_NEAR(s.accuracy->strain_left_out(i), left, 1e-9) << i;
+    }
+    most = std::max(most, left);
+  }
+  EXPECT_GE(s.accuracy->largest_left_out, most - 1e-9);
+  EXPECT_LT(s.accuracy->largest_left_out, 1);
+}
+
+TEST_P(Accuracy, FlatImpactLosesWhatStoppingTheFaceTakes) {
+  const Mesh mesh = box_mesh({{5, 3, 3}, {5, 3, 3}, {0, 0, 0}, 0});
+  ReductionOptions options = of({"surface"});
+  options.modes = 15;
+  const Superelement s = reduced(mesh, options, GetParam());
+  const Matrix M = reduced_mass(s);
+  const Vector v = reduced_rigid_modes(s, s.rigid_body.center).col(0);  // along x
+  for (const Surface& surface : s.surfaces) {
+    if (surface.name != "x_max" && surface.name != "x_min") continue;
+    // v+ = v - M^-1 G^T (G M^-1 G^T)^-1 G v on all coordinates
+    const std::vector<Index> nodes = surface_nodes(surface);
+    Matrix G = Matrix::Zero(static_cast<Index>(nodes.size()), s.n());
+    for (Index i = 0; i < s.c(); ++i)
+      for (std::size_t j = 0; j < nodes.size(); ++j)
+        if (s.dof_node[i] == nodes[j] && s.dof_component[i] == 0) G(static_cast<Index>(j), s.k() + i) = 1;
+    const Matrix X = M.llt().solve(G.transpose());
+    const Vector after = v - X * Matrix(G * X).llt().solve(G * v);
+    const double lost = 1 - after.dot(M * after) / v.dot(M * v);
+    EXPECT_NEAR(s.accuracy->surfaces.at(surface.name).impact, lost, 1e-9);
+    EXPECT_LT(lost, s.accuracy->rho_res(0));  // all of the surface stopped
+  }
+  EXPECT_EQ(s.accuracy->surfaces.count("surface"), 0U);  // has no normal
+}
+
+TEST_P(Accuracy, AToleranceBoundsWhatItSays) {
+  const Mesh mesh = block();
+  for (const auto& sets : {std::vector<std::string>{"x_max"}, {"x_min", "z_max"}}) {
+    const Full f = full(mesh, sets, GetParam());
+    Index before = 0;
+    for (const double tolerance : {0.1, 1e-2, 1e-3}) {
+      ReductionOptions options = of(sets);
+      options.tolerance = tolerance;
+      ReductionFigures figures;
+      const Superelement s = reduced(mesh, options, GetParam(), &figures);
+      EXPECT_GT(s.k(), before) << tolerance;
+      EXPECT_LT(s.k(), f.p.n_interior()) << tolerance;
+      EXPECT_LE(s.k(), figures.n_candidates);
+      EXPECT_LE(s.accuracy->largest_left_out, tolerance * (1 + 1e-9));
+      EXPECT_EQ(s.accuracy->tolerance, tolerance);
+      for (Index j = 6; j < 16; ++j) EXPECT_LE(1 - f.eigenvalues(j) / (s.omega(j) * s.omega(j)), tolerance) << j;
+      before = s.k();
+    }
+  }
+}
+
+// The interface gets a constant acceleration at once: at any time the strain energy of what is missing is at most four times the
+// share that the tolerance allows of the static deflection's, as 1 - cos is at most 2.
+TEST_P(Accuracy, AToleranceBoundsAStepOfAcceleration) {
+  const Mesh mesh = block();
+  const Full f = full(mesh, {"x_max"}, GetParam());
+  ReductionOptions options = of({"x_max"});
+  options.tolerance = 1e-2;
+  options.recovery = true;
+  const Superelement s = reduced(mesh, options, GetParam());
+  const Eigenpairs held = dense_eigenpairs(Matrix(f.p.K_II), Matrix(f.p.M_II), f.p.n_interior());
+  const Matrix R = reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c());
+  const Matrix Y = f.p.M_IC * R + f.p.M_II * s.recovery.at(0).Psi * R;
+  for (Index i = 0; i < 6; ++i) {
+    const Vector a = held.Phi.transpose() * Y.col(i), b = s.M_kc * R.col(i);
+    const double still = a.cwiseAbs2().dot(held.lambda.cwiseInverse());
+    for (double t = 0.05; t < 20; t *= 1.3) {
+      const auto swing = [&](double lambda) { return (1 - std::cos(std::sqrt(lambda) * t)) / lambda; };
+      const Vector all = held.Phi * a.cwiseProduct(held.lambda.unaryExpr(swing));
+      const Vector few = s.recovery.at(0).Phi * b.cwiseProduct(s.eigenvalues.unaryExpr(swing));
+      EXPECT_LE((all - few).dot(f.p.K_II * (all - few)), 4 * *options.tolerance * still) << i << " " << t;
+    }
+  }
+}
+
+TEST(ModeTolerance, MoreModesAreThoseOfOneSolve) {
+  const Mesh mesh = box_mesh({{8, 7, 6}, {8, 7, 6}, {0, 0, 0}, 0.03});
+  const FiniteElementModel model = assemble(mesh, properties(mesh, soft), MassKind::lumped);
+  const Partition p = partition(model, interface_nodes(mesh, model, {"x_max"}));
+  const SparseCholesky factor(p.K_II);
+  Report report("test", Verbosity::quiet);
+  const FixedInterfaceModes few = fixed_interface_modes(p, factor, 20, report);
+  const FixedInterfaceModes more = more_modes(p, factor, few, 55, report), all = fixed_interface_modes(p, factor, 55, report);
+  ASSERT_EQ(more.lambda.size(), 55);
+  EXPECT_EQ(Matrix(more.Phi.leftCols(20)), few.Phi);  // kept, not found again
+  EXPECT_TRUE(more.proven);
+  EXPECT_LT((more.lambda - all.lambda).cwiseQuotient(all.lambda).cwiseAbs().maxCoeff(), 1e-11);
+  EXPECT_LT((more.Phi.transpose() * p.M_II * more.Phi - Matrix::Identity(55, 55)).cwiseAbs().maxCoeff(), 1e-11);
+  const Matrix residual = p.K_II * more.Phi - p.M_II * more.Phi * more.lambda.asDiagonal();
+  EXPECT_LT(residual.colwise().norm().maxCoeff(), 1e-8 * all.lambda(54));
+  EXPECT_EQ(more_modes(p, factor, few, 15, report).lambda.size(), 20);
+}
+
+TEST(ModeTolerance, FewerModesThanTheLowestThatDoAsWell) {
+  const Mesh mesh = box_mesh({{10, 4, 4}, {10, 4, 4}, {0, 0, 0}, 0});
+  ReductionOptions options = of({"x_max"});
+  options.tolerance = 1e-2;
+  ReductionFigures figures;
+  const Superelement picked = reduced(mesh, options, MassKind::lumped, &figures);
+  options.tolerance.reset();
+  options.modes = picked.k();
+  const Superelement lowest = reduced(mesh, options, MassKind::lumped);
+  const auto largest = [](const Superelement& s) {
+    return std::max(s.accuracy->largest_left_out, s.accuracy->eigenvalue_error.head(10).maxCoeff());
+  };
+  EXPECT_LE(largest(picked), 1e-2);
+  EXPECT_GT(largest(lowest), largest(picked));
+  // A square section bends both ways alike
+  EXPECT_NEAR(picked.accuracy->rho_res(1), picked.accuracy->rho_res(2), 1e-6);
+}
+
+TEST(ModeTolerance, NothingInsideNeedsNoModes) {
+  const Mesh mesh = box_mesh({{1, 1, 1}, {1, 1, 1}, {0, 0, 0}, 0});
+  ReductionOptions options = of({"surface"});
+  options.tolerance = 1e-2;
+  const Superelement s = reduced(mesh, options, MassKind::lumped);
+  EXPECT_EQ(s.k(), 0);
+  EXPECT_EQ(s.accuracy->largest_left_out, 0);
+}
+
+TEST(ModeTolerance, RefusesWhatIsNoShareAndTwoWishes) {
+  const Mesh mesh = box_mesh({{2, 2, 2}, {1, 1, 1}, {0, 0, 0}, 0});
+  for (const double wrong : {0.0, 1.0, -1.0}) {
+    ReductionOptions options = of({"x_max"});
+    options.tolerance = wrong;
+    EXPECT_THROW(reduced(mesh, options, MassKind::lumped), InputError) << wrong;
+  }
+  ReductionOptions two = of({"x_max"});
+  two.tolerance = 0.1, two.modes = 3;
+  EXPECT_THROW(reduced(mesh, two, MassKind::lumped), InputError);
+}
+
+}  // namespace
+}  // namespace cbr::test
