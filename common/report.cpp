@@ -90,13 +90,13 @@ void Report::line(const std::string& text) {
 }
 
 void Report::detail(const std::string& text) {
-  if (verbosity_ == Verbosity::verbose) line(text);
+  if (verbosity_ == Verbosity::verbose) line(about_ + text);
 }
 
 void Report::warning(const std::string& text) {
   end_progress();
   ++n_warnings_;
-  print(program_ + ": warning: " + printable(text) + "\n");
+  print(program_ + ": warning: " + printable(about_ + text) + "\n");
 }
 
 void Report::progress(const std::string& what, double fraction) {

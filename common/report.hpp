@@ -21,6 +21,10 @@ class Report {
   // one is there that is no table of timings.
   Report(std::string program, Verbosity verbosity, std::filesystem::path timings_file = {});
 
+  // What warnings and details are about from now on, put before them: "component 'block': ". Empty: nothing.
+  void about(std::string what) { about_ = std::move(what); }
+  const std::string& about() const { return about_; }
+
   void line(const std::string& text);     // not when quiet
   void detail(const std::string& text);   // --verbose only
   void warning(const std::string& text);  // always; counted
@@ -59,7 +63,7 @@ class Report {
   void write_timings() const;
 
  private:
-  std::string program_;
+  std::string program_, about_;
   Verbosity verbosity_;
   int n_warnings_ = 0;
   bool in_progress_ = false;

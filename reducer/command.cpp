@@ -216,10 +216,18 @@ class Reducer {
     Superelement s =
         reduce_again(group, component_interface(mesh, reduction.interface_sets), reduction, settings_, report_, &figures);
     figures.n_dofs = n_dofs;
-    if (s.n() <= settings_.diagonal_limit) {
+    {
       const auto phase = report_.phase("diagonal form");
-      add_diagonal_form(s, parts_of(mesh, s.node_ids));
+      const std::vector<Index> part = parts_of(mesh, s.node_ids);
+      if (s.n() <= settings_.diagonal_limit) figures.condition.n_rigid = add_diagonal_form(s, part);
+      const Index loose = examine_reduced(s, rigid_motions_of_parts(s, part), figures.condition);
+      if (loose >= 0) figures.condition.loose_node = "node " + std::to_string(s.node_ids[static_cast<std::size_t>(loose / 3)]);
     }
+    const std::string about = report_.about();
+    report_.about(about + "second reduction: ");
+    report_figures(figures.condition, report_);
+    warn_of_condition(figures.condition, report_);
+    report_.about(about);
     finish(std::move(s), figures, component, hash, provenance);
   }
 
@@ -290,8 +298,11 @@ void run_reduce(const ReduceCommand& command, std::ostream* scene_out, Report& r
   const Scene scene = is_mesh ? scene_of_mesh(command) : read_scene(command.input);
   check_contact_with_time(scene);
   Reducer reducer(command, report);
-  const bool any = for_each_component(scene, is_mesh ? command.input : "",
-                                      [&](const Component& component) { reducer.reduce_component(scene, component); });
+  const bool any = for_each_component(scene, is_mesh ? command.input : "", [&](const Component& component) {
+    if (!is_mesh) report.about("component '" + component.name + "': ");
+    reducer.reduce_component(scene, component);
+    report.about("");
+  });
   if (!any) report.line("no instance stands as a superelement: nothing to reduce");
   report.timings();
   if (!is_mesh && scene_out != nullptr) write_scene(scene, *scene_out);

@@ -2,6 +2,7 @@
 #include "reducer/condition.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/QR>
 
 #include <algorithm>
 #include <cmath>
@@ -17,6 +18,8 @@ namespace {
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 // Beyond these a warning is due: four digits are left of sixteen; a mode in another; forces on a body that only moves.
 constexpr double poor_condition = 1e12, poor_pivot = 1e-11, poor_modes = 1e-6, poor_rigid = 1e-8, lost_rigid = 1e-6;
+// Of the stiffness against a motion beside that of its own diagonal: below it is a mechanism, or as good as one.
+constexpr double no_stiffness = 1e-12;
 // Of the largest eigenvalue's round-off: a lowest elastic one below it has less than three digits.
 constexpr double few_digits = 1e3;
 
@@ -74,9 +77,11 @@ RigidResidual worst_row(Index n, const Matrix& R, Rows absolute_sum, const Matri
   return worst;
 }
 
+std::string known(double value) { return std::isnan(value) ? "not computed" : format("%.1e", value); }
+
 double hertz(double omega) { return omega / (2 * std::numbers::pi); }
 
-int digits_lost(double condition) { return static_cast<int>(std::lround(std::log10(std::max(condition, 1.0)))); }
+int digits_lost(double condition) { return static_cast<int>(std::min(15L, std::lround(std::log10(std::max(condition, 1.0))))); }
 
 }  // namespace
 
@@ -110,7 +115,7 @@ double inverse_norm(Index n, const std::function<void(Vector&)>& solve) {
 
 ConditionNumbers condition_numbers(const SparseMatrix& A, const SparseCholesky& factor) {
   const Index n = A.rows();
-  if (n == 0) return {};
+  if (n == 0) return {1, 1};
   const Vector diagonal = A.diagonal(), D = diagonal.cwiseSqrt().cwiseInverse();
   ConditionNumbers numbers;
   numbers.plain = column_norm(A, Vector::Ones(n)) * inverse_norm(n, [&](Vector& x) { factor.solve(x.data(), x.data()); });
@@ -125,7 +130,7 @@ ConditionNumbers condition_numbers(const SparseMatrix& A, const SparseCholesky& 
 
 ConditionNumbers reduced_mass_condition(const Superelement& s) {
   const Index k = s.k(), c = s.c(), n = s.n();
-  if (n == 0) return {};
+  if (n == 0) return {1, 1};
   Matrix M_res = s.M_cc;
   if (k > 0) M_res.noalias() -= s.M_kc.transpose() * s.M_kc;
   const Eigen::LLT<Eigen::Ref<Matrix>> cholesky(M_res);  // in place
@@ -191,8 +196,53 @@ RigidResidual rigid_residual(const Matrix& K, const Matrix& R) {
       K.rows(), R, [&](Index) { return largest; }, K * R);
 }
 
+SoftestMotion softest_motion(Matrix K, const Matrix& R) {
+  const Index n = K.rows();
+  if (n <= R.cols()) return {};
+  // A row without any stiffness keeps its scale
+  const double largest = K.diagonal().maxCoeff();
+  if (!(largest > 0)) return {};
+  const Vector D = K.diagonal().unaryExpr([&](double d) { return 1 / std::sqrt(d > 0 ? d : largest); });
+  K = D.asDiagonal() * K * D.asDiagonal();
+  // The rigid motions held by springs of the size of its diagonal; what then is soft still is another motion
+  const Matrix Q = Eigen::HouseholderQR<Matrix>(D.cwiseInverse().asDiagonal() * R).householderQ() * Matrix::Identity(n, R.cols());
+  const Matrix scaled = K;
+  K.noalias() += Q * Q.transpose();
+  K.diagonal().array() += 1e-2 * no_stiffness;       // so that a factor exists
+  const Eigen::LLT<Eigen::Ref<Matrix>> cholesky(K);  // in place
+  if (cholesky.info() != Eigen::Success) return {};
+  Vector x = random_signs(n).normalized();
+  for (int i = 0; i < 3; ++i) {
+    x -= Q * (Q.transpose() * x);
+    x = cholesky.solve(x);
+    x.normalize();
+  }
+  x -= Q * (Q.transpose() * x);
+  SoftestMotion softest;
+  softest.stiffness = std::max(0.0, x.dot(scaled * x) / x.squaredNorm());
+  x.cwiseProduct(D).cwiseAbs().maxCoeff(&softest.dof);
+  return softest;
+}
+
+bool is_without_stiffness(double softest) { return softest < no_stiffness; }
+
+Index examine_reduced(const Superelement& s, const Matrix& rigid, ReductionCondition& c) {
+  Index dof = -1;
+  c.mass = reduced_mass_condition(s);
+  if (!s.has_diagonal_form()) {
+    const SoftestMotion softest = softest_motion(s.K_cc, rigid.bottomRows(s.c()));
+    c.softest = softest.stiffness;
+    return is_without_stiffness(c.softest) ? softest.dof : -1;
+  }
+  c.n_zero = (s.omega.array() == 0).count();
+  c.largest_omega = s.omega(s.n() - 1);
+  if (c.n_zero < s.n()) c.lowest_omega = s.omega(c.n_zero);
+  if (c.n_zero > c.n_rigid) s.V.col(c.n_rigid).tail(s.c()).cwiseAbs().maxCoeff(&dof);
+  return dof;
+}
+
 void require_free(const ReductionCondition& c) {
-  if (c.reduced_rigid <= lost_rigid) return;
+  if (!(c.reduced_rigid > lost_rigid)) return;
   throw InputError(
       format("the stiffness is too ill-conditioned (%.0e, scaled by its diagonal) to be reduced: by round-off the reduced one "
              "resists rigid motions by %.0e of its size",
@@ -201,19 +251,26 @@ void require_free(const ReductionCondition& c) {
       (c.weakest.empty() ? "" : ", first at " + c.weakest));
 }
 
-void report_condition(const ReductionCondition& c, Report& report) {
-  report.detail(format("condition of K_II: %.1e, scaled by its diagonal %.1e; weakest pivot %.1e", c.K_II.plain, c.K_II.scaled,
-                       c.smallest_pivot) +
-                (c.weakest.empty() ? "" : " at " + c.weakest));
-  if (c.mass.plain > 0)
-    report.detail(format("condition of the reduced mass: %.1e, scaled by its diagonal %.1e", c.mass.plain, c.mass.scaled));
-  report.detail(format("modes: Phi^T M Phi - I %.1e, residual %.1e; ", c.modes.orthogonality, c.modes.residual) +
+void report_figures(const ReductionCondition& c, Report& report, bool of_domain) {
+  report.detail("condition of K_II: " + known(c.K_II.plain) + ", scaled by its diagonal " + known(c.K_II.scaled) +
+                "; weakest pivot " + known(c.smallest_pivot) + (c.weakest.empty() ? "" : " at " + c.weakest));
+  if (!of_domain)
+    report.detail("condition of the reduced mass: " + known(c.mass.plain) + ", scaled by its diagonal " + known(c.mass.scaled));
+  report.detail((c.has_modes ? format("modes: Phi^T M Phi - I %.1e, residual %.1e; ", c.modes.orthogonality, c.modes.residual)
+                             : std::string("modes: not checked; ")) +
                 (c.counts.empty() ? "no inertia counted" : "inertia counts " + c.counts));
-  report.detail(format("rigid motions: forces of K %.1e, of the reduced K %.1e", c.rigid, c.reduced_rigid));
-  if (c.largest_omega > 0)
+  report.detail("rigid motions: forces of K " + known(c.rigid) + ", of the reduced K " + known(c.reduced_rigid));
+  if (of_domain) return;
+  if (c.largest_omega > 0) {
     report.detail(format("reduced frequencies: %lld are 0, lowest other %.6g Hz, highest %.6g Hz (critical step %.4g s)",
                          static_cast<long long>(c.n_zero), hertz(c.lowest_omega), hertz(c.largest_omega), 2 / c.largest_omega));
+  } else {
+    report.detail("reduced frequencies: not computed; the least stiffness against a motion that is not rigid, of its diagonal: " +
+                  known(c.softest));
+  }
+}
 
+void warn_of_condition(const ReductionCondition& c, Report& report) {
   if (c.K_II.scaled > poor_condition || c.smallest_pivot < poor_pivot)
     report.warning(format("the stiffness of the interior is ill-conditioned (%.0e): about %d of 16 digits are lost; ",
                           c.K_II.scaled, digits_lost(c.K_II.scaled)) +
@@ -229,16 +286,23 @@ void report_condition(const ReductionCondition& c, Report& report) {
         format("the fixed-interface modes are inaccurate (residual %.0e): look for the cause in the stiffness of the "
                "interior, or ask for fewer modes",
                c.modes.residual));
-  if (std::max(c.rigid, c.reduced_rigid) > poor_rigid)
-    report.warning(format("the stiffness resists rigid motions by %.0e of its size", std::max(c.rigid, c.reduced_rigid)) +
+  const double rigid = std::fmax(c.rigid, c.reduced_rigid);  // that which is known
+  if (rigid > poor_rigid)
+    report.warning(format("the stiffness resists rigid motions by %.0e of its size", rigid) +
                    (c.rigid_node.empty() ? "" : ", most at " + c.rigid_node) +
                    ": free bodies will not move freely; look for very thin or very distorted elements there");
   if (c.n_zero > c.n_rigid)
     report.warning(
-        format("the reduced component has %lld motions without stiffness beside its %lld rigid ones: a mechanism, which will "
+        format("the reduced component has %lld motion%s without stiffness beside its %lld rigid ones: a mechanism, which will "
                "move freely, or a part too soft for a double beside the rest",
-               static_cast<long long>(c.n_zero - c.n_rigid), static_cast<long long>(c.n_rigid)) +
+               static_cast<long long>(c.n_zero - c.n_rigid), c.n_zero - c.n_rigid == 1 ? "" : "s",
+               static_cast<long long>(c.n_rigid)) +
         (c.loose_node.empty() ? "" : "; it moves most at " + c.loose_node));
+  if (is_without_stiffness(c.softest))
+    report.warning(format("the reduced component has a motion without stiffness (%.0e of its diagonal) beside its rigid ones: a "
+                          "mechanism, which will move freely, or a part too soft for a double beside the rest",
+                          c.softest) +
+                   (c.loose_node.empty() ? "" : "; it moves most at " + c.loose_node));
   const double digits = c.lowest_omega * c.lowest_omega / (epsilon * c.largest_omega * c.largest_omega);
   if (c.lowest_omega > 0 && digits < few_digits)
     report.warning(

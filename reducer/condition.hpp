@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <string>
 
 #include "common/linalg/sparse_cholesky.hpp"
@@ -12,11 +13,13 @@
 
 namespace cbr {
 
+constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
+
 // Of a symmetric positive definite matrix, in the 1-norm. `scaled`: of D A D with D = diag(A)^-1/2, which does not depend on units
 // and within a factor of the size is the least that a diagonal scaling can reach (van der Sluis 1969, doi 10.1007/BF02165096): its
 // product with 1e-16 is what Cholesky's solutions lose.
 struct ConditionNumbers {
-  double plain = 1, scaled = 1;
+  double plain = not_known, scaled = not_known;
 };
 
 // |A^-1|_1 from below, mostly within a factor of 2, by a handful of solves (Hager 1984, doi 10.1137/0905023; Higham 1988, doi
@@ -45,23 +48,41 @@ struct RigidResidual {
 RigidResidual rigid_residual(const SparseMatrix& K, const Matrix& R);
 RigidResidual rigid_residual(const Matrix& K, const Matrix& R);
 
-// What one reduction knows about itself. 0 or negative: not known.
+// A motion that the reduced stiffness K_cc (c x c) hardly resists beside the rigid ones, the columns of R (c x r): the least
+// x^T D K D x found by inverse iteration, |x| = 1, D = diag(K)^-1/2, x orthogonal to the rigid motions; and the dof that it moves
+// most. What modes add is stiff. c^3 / 3 flops and a second c x c matrix.
+struct SoftestMotion {
+  double stiffness = not_known;
+  Index dof = -1;
+};
+SoftestMotion softest_motion(Matrix K_cc, const Matrix& R);
+bool is_without_stiffness(double softest);  // to round-off: a mechanism
+
+// What one reduction, or what its domains make together, knows about itself. NaN, or 0 frequencies: not known.
 struct ReductionCondition {
   ConditionNumbers K_II, mass;
-  double smallest_pivot = 1;  // SparseCholesky's
+  double smallest_pivot = not_known;  // SparseCholesky's
   ModeCheck modes;
-  std::string counts;  // of the inertia, "79 below 1.2e+06 Hz"; empty: none was made
-  double rigid = 0, reduced_rigid = 0;
+  bool has_modes = false;  // `modes` is known
+  std::string counts;      // of the inertia, "79 below 1.2e+06 Hz"; empty: none was made
+  double rigid = not_known, reduced_rigid = not_known;
+  double softest = not_known;                   // softest_motion(), where the frequencies are not known
   double largest_omega = 0, lowest_omega = 0;   // rad/s, of the reduced component: highest, and lowest that is not rigid
   Index n_zero = 0, n_rigid = 0;                // frequencies 0, and how many there have to be
   std::string weakest, rigid_node, loose_node;  // nodes, as messages name them
 };
 
+// Fills what a reduced component's matrices tell: the condition of its mass, and by its diagonal form, when there is one (n_rigid
+// then has to be known), its frequencies, else the softest motion beside `rigid` (n x r, rows [k; c]). The interface dof that a
+// motion without stiffness moves most; -1: there is none.
+Index examine_reduced(const Superelement& superelement, const Matrix& rigid, ReductionCondition& condition);
+
 // InputError when round-off has made the reduced stiffness resist rigid motions so much that no diagonal form can fit it.
 void require_free(const ReductionCondition& condition);
 
-// Figures for --verbose, and warnings that say what to do.
-void report_condition(const ReductionCondition& condition, Report& report);
+// Figures for --verbose; `of_domain`: but those that only a whole component has. Warnings that say what to do.
+void report_figures(const ReductionCondition& condition, Report& report, bool of_domain = false);
+void warn_of_condition(const ReductionCondition& condition, Report& report);
 
 // RunError naming both modes when one is there twice, or nearly so.
 void require_independent(const Partition& partition, const Matrix& Phi, const ModeCheck& check);

@@ -115,8 +115,8 @@ Index add_diagonal_form(Superelement& s, const std::vector<Index>& part) {
   Eigenpairs pairs = reduced_eigenpairs(s, R);
   if (!pairs.converged) {
     throw RunError(
-        "the reduced mass matrix is not positive definite, so there is no diagonal form: keep fewer modes, or write "
-        "the superelement without it (--diagonal-limit 0)");
+        "the reduced mass matrix is not positive definite, so there is no diagonal form: keep fewer modes, or "
+        "widen the interface (no integrator can do without a positive definite mass)");
   }
   fix_signs(R);
   auto elastic = pairs.Phi.rightCols(n - n_rigid);

@@ -6,6 +6,7 @@
 #include <exception>
 #include <map>
 
+#include "common/connected_parts.hpp"
 #include "common/error.hpp"
 #include "common/parallel.hpp"
 #include "common/program.hpp"
@@ -66,6 +67,8 @@ class DomainReducer {
     figures.n_workers = std::clamp(n_threads(), 1, n);
     settings_.memory = (settings_.memory > 0 ? settings_.memory : half_of_memory()) / figures.n_workers;
     settings_.diagonal_limit = 0;
+    settings_.is_domain = true;
+    about_ = report.about();
     {
       const OneThreadEach one;
       std::atomic<int> next = 0;
@@ -78,11 +81,20 @@ class DomainReducer {
       report.end_progress();
     }
     rethrow();
+    for (std::size_t d = 0; d < figures_.size(); ++d) {
+      report.about(about_of(d));
+      report_figures(figures_[d].reduction.condition, report, true);
+    }
+    report.about(about_);
     figures.domains = std::move(figures_);
     return std::move(superelements_);
   }
 
  private:
+  std::string about_of(std::size_t d) const {
+    return about_ + "domain " + std::to_string(d + 1) + " of " + std::to_string(superelements_.size()) + ": ";
+  }
+
   void reduce_domain(std::size_t d) {
     try {
       Domain domain = std::move(domains_[d]);  // freed when reduced
@@ -96,6 +108,7 @@ class DomainReducer {
       }
       for (const Block& block : domain.mesh.blocks) figures_[d].n_elements += block.connectivity.rows();
       Report silent("cbr-reduce", Verbosity::quiet);  // but for warnings
+      silent.about(about_of(d));
       superelements_[d] =
           reduce(domain.mesh, properties, mass_, options, domain.interface, settings_, silent, &figures_[d].reduction);
     } catch (...) {
@@ -122,6 +135,7 @@ class DomainReducer {
   const MassKind mass_;
   const ReductionOptions& options_;
   ReduceSettings settings_;
+  std::string about_;
   std::vector<Domain> domains_;
   std::vector<Superelement> superelements_;
   std::vector<DomainFigures> figures_;
@@ -145,10 +159,25 @@ void add_diagonal(const Mesh& mesh, Index limit, Report& report, SuperelementGro
   Index n = 0;
   for (const auto& s : group.domains) n += s.k();
   n += 3 * static_cast<Index>(join_nodes(group).node_ids.size());
-  if (n > limit) return;
+  if (n > limit) {
+    report.detail("the domains together: more than " + std::to_string(limit) + " coordinates, whose matrices are not formed: " +
+                  "condition of the mass, frequencies and mechanisms not computed");
+    return;
+  }
   const auto phase = report.phase("diagonal form");
   Superelement whole = join(group);
-  add_diagonal_form(whole, parts_of(mesh, whole.node_ids));
+  const std::vector<Index> part = parts_of(mesh, whole.node_ids);
+  ReductionCondition condition;
+  condition.n_rigid = add_diagonal_form(whole, part);
+  condition.reduced_rigid =
+      rigid_residual(whole.K_cc, reduced_rigid_modes(whole, group.rigid_body.center).bottomRows(whole.c())).value;
+  const Index loose = examine_reduced(whole, rigid_motions_of_parts(whole, part), condition);
+  if (loose >= 0) condition.loose_node = "node " + std::to_string(whole.node_ids[static_cast<std::size_t>(loose / 3)]);
+  const std::string about = report.about();
+  report.about(about + "the domains together: ");
+  report_figures(condition, report);
+  warn_of_condition(condition, report);
+  report.about(about);
   group.omega = std::move(whole.omega);
   group.V = std::move(whole.V);
 }
@@ -185,6 +214,7 @@ SuperelementGroup reduce_domains(const Mesh& mesh, const std::vector<BlockProper
     const auto phase = report.phase("decomposition");
     const Decomposition decomposition = decompose(mesh, options.domains);
     f.n_dofs = 3 * static_cast<Index>(model.nodes.size());
+    if (const std::string text = unjoined_parts(mesh, model, connected_parts(mesh, model)); !text.empty()) report.warning(text);
     f.n_shared_nodes = static_cast<Index>(shared_nodes(mesh, decomposition).size());
     domains = split(mesh, decomposition, interface, kept_sets(mesh, interface, options.interface_sets));
   }
@@ -198,7 +228,7 @@ SuperelementGroup reduce_domains(const Mesh& mesh, const std::vector<BlockProper
     f.seconds = report.seconds("reduction of the domains") - before;
   }
   group.rigid_body = together(group.domains);
-  add_diagonal(mesh, options.has_second_reduction() ? 0 : settings.diagonal_limit, report, group);
+  if (!options.has_second_reduction()) add_diagonal(mesh, settings.diagonal_limit, report, group);
   return group;
 }
 

@@ -8,6 +8,7 @@
 #include <numeric>
 #include <set>
 
+#include "common/connected_parts.hpp"
 #include "common/error.hpp"
 #include "common/linalg/sparse_cholesky.hpp"
 #include "reducer/partition.hpp"

@@ -36,8 +36,11 @@ Index inertia_below(const Partition& p, const SparseCholesky& factor, double sig
     if (count >= 0) return count;
     sigma *= 1 + 1e-10;
   }
-  throw RunError("the eigenvalues below (" + std::to_string(std::sqrt(sigma)) +
-                 " rad/s)^2 cannot be counted: every shift nearby meets a vanishing pivot; choose another cutoff");
+  throw RunError(
+      "the eigenvalues below (" + std::to_string(std::sqrt(sigma)) +
+      " rad/s)^2 cannot be counted: every shift nearby meets a vanishing pivot: the stiffness is near singular, or a cutoff was "
+      "chosen among many equal frequencies; look at the conditioning (--verbose), or ask for another cutoff, or a few more or "
+      "fewer modes");
 }
 
 // The highest gap in lambda that a shift fits into: index j with lambda(j) well above lambda(j - 1); 0 when there is none.

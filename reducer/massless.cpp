@@ -165,7 +165,9 @@ void require_only_rigid(const Vector& lambda, Index n_rigid, double low) {
         "the component moves without strain in more ways than as a rigid body: a mechanism, or a part that hangs by an "
         "edge: mend the mesh");
   if (n_rigid > 0 && lambda.head(n_rigid).cwiseAbs().maxCoeff() > rigid_tolerance * low)
-    throw RunError("the stiffness resists rigid motions: the free modes cannot be told from them");
+    throw InputError(
+        "basis: massless: by round-off the stiffness resists rigid motions, so that the free modes cannot be told from them: look for "
+        "parts of very unlike stiffness, slivers, Poisson's ratio near 0.5, or use massless_modes: fixed or basis: craig-bampton");
 }
 
 // Columns of V, rigid ones apart, times sqrt(1 - (omega_j / omega)^3); omega^2 = next, the first that is left out. Where that is

@@ -3,8 +3,8 @@
 
 #include <Eigen/QR>
 #include <algorithm>
-#include <array>
 #include <numeric>
+#include <array>
 #include <string>
 
 #include "common/error.hpp"
@@ -47,15 +47,6 @@ bool is_diagonal(const SparseMatrix& M) {
     }
   }
   return true;
-}
-
-Index root(std::vector<Index>& parent, Index i) {
-  while (parent[static_cast<std::size_t>(i)] != i) {
-    auto& up = parent[static_cast<std::size_t>(i)];
-    up = parent[static_cast<std::size_t>(up)];
-    i = up;
-  }
-  return i;
 }
 
 struct Part {
@@ -174,29 +165,6 @@ Partition partition(const FiniteElementModel& model, const std::vector<Index>& i
   p.M_CC = block(model.M, local_C, c, C);
   p.lumped = is_diagonal(model.M);
   return p;
-}
-
-std::vector<Index> connected_parts(const Mesh& mesh, const FiniteElementModel& model) {
-  std::vector<Index> parent(model.nodes.size());
-  std::iota(parent.begin(), parent.end(), Index{0});
-  for (const auto& element_block : mesh.blocks) {
-    if (dimension(element_block.type) != 3) continue;
-    for (Index e = 0; e < element_block.connectivity.rows(); ++e) {
-      const Index first = root(parent, model.row[static_cast<std::size_t>(element_block.connectivity(e, 0))]);
-      for (Index a = 1; a < element_block.connectivity.cols(); ++a) {
-        parent[static_cast<std::size_t>(root(parent, model.row[static_cast<std::size_t>(element_block.connectivity(e, a))]))] =
-            first;
-      }
-    }
-  }
-  std::vector<Index> part(parent.size(), -1), number(parent.size(), -1);
-  Index n = 0;
-  for (std::size_t i = 0; i < parent.size(); ++i) {
-    auto& of_root = number[static_cast<std::size_t>(root(parent, static_cast<Index>(i)))];
-    if (of_root < 0) of_root = n++;
-    part[i] = of_root;
-  }
-  return part;
 }
 
 void check_interface_holds(const Mesh& mesh, const FiniteElementModel& model, const Partition& partition,

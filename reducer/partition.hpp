@@ -32,10 +32,6 @@ std::vector<Index> interface_nodes(const Mesh& mesh, const FiniteElementModel& m
 
 Partition partition(const FiniteElementModel& model, const std::vector<Index>& interface_nodes);
 
-// Per model node the number (from 0) of the connected part of the mesh that it belongs to: elements that share a node are
-// connected.
-std::vector<Index> connected_parts(const Mesh& mesh, const FiniteElementModel& model);
-
 // K_II is singular where a part's interior can move as a rigid body against its interface nodes. InputError naming the part by
 // a node id, what it lacks (no interface node; fewer than three that are not on one line) and the cure.
 void check_interface_holds(const Mesh& mesh, const FiniteElementModel& model, const Partition& partition,

@@ -9,6 +9,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "common/connected_parts.hpp"
 #include "common/error.hpp"
 #include "reducer/accuracy.hpp"
 #include "reducer/diagonal_form.hpp"
@@ -46,6 +47,12 @@ std::string node_of_interior_dof(const Reduction& r, Index dof) {
   return name_of_node(r.mesh, r.model.nodes[static_cast<std::size_t>(node)]) + " in " + "xyz"[dof % 3];
 }
 
+std::vector<Index> parts_of_interface(const Reduction& r) {
+  std::vector<Index> part;
+  for (const Index node : r.p.interface_nodes) part.push_back(r.part[static_cast<std::size_t>(node)]);
+  return part;
+}
+
 SparseCholesky factorise(Reduction& r) {
   const auto phase = r.report.phase("factorisation");
   SparseCholesky factor(r.p.K_II);
@@ -77,7 +84,7 @@ void check_found(Reduction& r, const FixedInterfaceModes& modes) {
   r.figures.mode_method = modes.method;
   r.figures.modes_proven = modes.proven;
   r.figures.condition.counts = modes.counts;
-  r.figures.condition.modes = check_modes(r.p, modes.lambda, modes.Phi);
+  r.figures.condition.modes = check_modes(r.p, modes.lambda, modes.Phi), r.figures.condition.has_modes = true;
   require_independent(r.p, modes.Phi, r.figures.condition.modes);
 }
 
@@ -115,12 +122,6 @@ void keep_modes(Reduction& r, FixedInterfaceModes& modes, Condensation& condense
   modes.lambda = Vector(modes.lambda(kept));
   modes.Phi = Matrix(modes.Phi(Eigen::all, kept));
   condensed.M_kc = Matrix(condensed.M_kc(kept, Eigen::all));
-}
-
-std::vector<Index> parts_of_interface(const Reduction& r) {
-  std::vector<Index> part;
-  for (const Index node : r.p.interface_nodes) part.push_back(r.part[static_cast<std::size_t>(node)]);
-  return part;
 }
 
 void pick_by_tolerance(Reduction& r, const SparseCholesky& factor, const InterfaceMotions& motions, const Superelement& s,
@@ -191,38 +192,50 @@ void keep_figures(Reduction& r, const Superelement& s, MasslessFigures&& m) {
   r.figures.massless = std::move(m);
 }
 
+std::string node_of_interface_dof(const Reduction& r, Index dof) {
+  return name_of_node(r.mesh, mesh_node(r, r.p.interface_nodes[static_cast<std::size_t>(dof / 3)]));
+}
+
+// An interface without mass moves by its stiffness alone.
+void refuse_mechanism(Reduction& r, const Superelement& s) {
+  const SoftestMotion softest = softest_motion(s.K_cc, rigid_motions_of_parts(s, parts_of_interface(r)).bottomRows(s.c()));
+  r.figures.condition.softest = softest.stiffness;
+  if (!is_without_stiffness(softest.stiffness)) return;
+  throw InputError("basis: massless: the interface has a motion without stiffness that is not rigid, which moves most at " +
+                   node_of_interface_dof(r, softest.dof) +
+                   ": a mechanism, as elements make that share only an edge or a node; mend the mesh there, or use basis: "
+                   "craig-bampton");
+}
+
 // Basis massless, of the free modes; K_cc and M_cc of a condensation without modes.
 void make_free(Reduction& r, const SparseCholesky& factor, Condensation& condensed, Superelement& s) {
   const auto phase = r.report.phase("free modes");
   s.K_cc = std::move(condensed.K_cc), s.M_cc = std::move(condensed.M_cc);
+  refuse_mechanism(r, s);
   MasslessFigures m = make_massless_free(
       {r.model.K, r.model.M, r.x, r.part}, r.p, factor,
       {r.options.modes.value_or(0), r.options.cutoff_hz.value_or(0), r.options.massless_modes == "tapered"}, s, r.report);
   r.figures.n_candidates = s.k();
   r.figures.mode_method = m.method, r.figures.modes_proven = m.proven;
   r.figures.condition.counts = m.counts, r.figures.condition.modes = m.modes;
+  r.figures.condition.has_modes = true;
   if (r.options.modes) warn_of_cut_pair(s.eigenvalues, m.next, r.report);
   keep_figures(r, s, std::move(m));
 }
 
 void make_fixed(Reduction& r, Superelement& s) {
   const auto phase = r.report.phase("massless form");
+  refuse_mechanism(r, s);
   keep_figures(r, s, make_massless_fixed(parts_of_interface(r), s));
 }
 
 void add_diagonal(Reduction& r, Superelement& s) {
-  if (s.n() > r.settings.diagonal_limit) return;
+  if (r.settings.is_domain) return;
   const auto phase = r.report.phase("diagonal form");
-  ReductionCondition& condition = r.figures.condition;
-  condition.mass = reduced_mass_condition(s);
-  condition.n_rigid = add_diagonal_form(s, parts_of_interface(r));
-  condition.n_zero = (s.omega.array() == 0).count();
-  condition.largest_omega = s.omega(s.n() - 1);
-  if (condition.n_zero < s.n()) condition.lowest_omega = s.omega(condition.n_zero);
-  if (condition.n_zero == condition.n_rigid) return;
-  Index dof = 0;
-  s.V.col(condition.n_rigid).tail(s.c()).cwiseAbs().maxCoeff(&dof);
-  condition.loose_node = name_of_node(r.mesh, mesh_node(r, r.p.interface_nodes[static_cast<std::size_t>(dof / 3)]));
+  const std::vector<Index> part = parts_of_interface(r);
+  if (s.n() <= r.settings.diagonal_limit) r.figures.condition.n_rigid = add_diagonal_form(s, part);
+  const Index loose = examine_reduced(s, rigid_motions_of_parts(s, part), r.figures.condition);
+  if (loose >= 0) r.figures.condition.loose_node = node_of_interface_dof(r, loose);
 }
 
 // Modes that are known before the condensation.
@@ -330,6 +343,7 @@ Superelement reduce_to(const std::vector<Index>* interface, const Mesh& mesh, co
     }
     r.p = partition(r.model, kept);
     r.part = connected_parts(mesh, r.model);
+    if (const std::string text = unjoined_parts(mesh, r.model, r.part); !text.empty() && !settings.is_domain) report.warning(text);
     r.x.resize(static_cast<Index>(r.model.nodes.size()), 3);
     for (Index i = 0; i < r.x.rows(); ++i) r.x.row(i) = mesh.coordinates.row(r.model.nodes[static_cast<std::size_t>(i)]);
     s.rigid_body = rigid_body(r.model.M, r.x);
@@ -342,7 +356,8 @@ Superelement reduce_to(const std::vector<Index>* interface, const Mesh& mesh, co
   describe_interface(r, s);
   s.basis = options.basis;
   condense_and_keep(r, s);
-  report_condition(r.figures.condition, report);
+  if (!settings.is_domain) report_figures(r.figures.condition, report);  // of domains in their order, when all are done
+  warn_of_condition(r.figures.condition, report);
   if (figures != nullptr) *figures = r.figures;
   return s;
 }

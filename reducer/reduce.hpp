@@ -20,6 +20,7 @@ struct ReduceSettings {
   Index diagonal_limit = 6000;  // the diagonal form is stored for n up to this
   CondensationWay way = CondensationWay::automatic;
   Index panel = 0;
+  bool is_domain = false;  // of a component: what holds it beside its own elements is not known here
 };
 
 // What the summary tells beyond the superelement itself.

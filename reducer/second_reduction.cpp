@@ -154,7 +154,7 @@ Superelement reduce_again(const SuperelementGroup& group, const std::vector<Inde
   f.condition.smallest_pivot = factor.smallest_pivot();
   f.condition.K_II = condition_numbers(p.K_II, factor);
   f.condition.counts = modes.counts;
-  f.condition.modes = check_modes(p, modes.lambda, modes.Phi);
+  f.condition.modes = check_modes(p, modes.lambda, modes.Phi), f.condition.has_modes = true;
   require_independent(p, modes.Phi, f.condition.modes);
   CondensationOptions how;
   how.memory = panel_memory(settings.memory, p, factor, modes.Phi);
@@ -171,7 +171,6 @@ Superelement reduce_again(const SuperelementGroup& group, const std::vector<Inde
   s.M_kc = std::move(condensed.M_kc);
   if (options.recovery) s.recovery.push_back(joined_recovery(group, joined, places, condensed.Psi, modes.Phi));
   f.condition.reduced_rigid = rigid_residual(s.K_cc, reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c())).value;
-  report_condition(f.condition, report);
   f.n_interior = p.n_interior();
   f.mode_method = modes.method;
   f.modes_proven = modes.proven;

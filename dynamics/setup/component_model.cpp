@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "common/connected_parts.hpp"
 #include "common/error.hpp"
 #include "dynamics/setup/half_modes.hpp"
 #include "dynamics/setup/skin_shells.hpp"
@@ -208,6 +209,8 @@ MeshedComponent read_meshed_component(const Scene& scene, const Component& compo
   meshed.properties = block_properties(scene, component, *meshed.mesh);
   const auto fe = std::make_shared<FiniteElementModel>(assemble(*meshed.mesh, meshed.properties, component.mass));
   meshed.fe = fe;
+  if (const std::string text = unjoined_parts(*meshed.mesh, *fe, connected_parts(*meshed.mesh, *fe)); !text.empty())
+    report.warning("component '" + component.name + "': " + text);
   meshed.body_node = fe->row;
   meshed.geometry = std::make_shared<Geometry>(cbr::geometry_of(*meshed.mesh, *fe));
   const auto instances = instances_of(scene, component, InstanceKind::mesh);

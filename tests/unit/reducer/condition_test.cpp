@@ -5,8 +5,10 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <Eigen/QR>
 #include <random>
 
+#include "common/connected_parts.hpp"
 #include "common/error.hpp"
 #include "common/linalg/eigenpairs.hpp"
 #include "reducer/reduce.hpp"
@@ -138,22 +140,105 @@ TEST(ReductionCondition, IsFilledAndQuietWhereAllIsWell) {
   EXPECT_EQ(c.largest_omega, s.omega(s.n() - 1));
 }
 
-TEST(ReductionCondition, AMechanismAmongTheKeptNodesIsNamed) {
-  // A second block on an edge of the first; all nodes are kept, so that no solve meets the hinge.
+// A second block on an edge of the first: it turns about that edge.
+Mesh hinged() {
   Mesh mesh = both(box_mesh({{2, 2, 2}, {2, 2, 2}, {0, 0, 0}, 0}), box_mesh({{2, 2, 2}, {2, 2, 2}, {2, 2, 0}, 0}));
   for (Index& node : mesh.blocks[1].connectivity.reshaped()) {
     const Vector3 x = mesh.coordinates.row(node);
     if (x(0) == 2 && x(1) == 2) node = 2 + 3 * (2 + 3 * static_cast<Index>(x(2)));
   }
-  const FiniteElementModel model = number_nodes(mesh);
-  mesh.nodesets.push_back({"all", 9, model.nodes});
+  // All nodes are kept, so that no solve meets the hinge.
+  mesh.nodesets.push_back({"all", 9, number_nodes(mesh).nodes});
+  return mesh;
+}
+
+TEST(ReductionCondition, AMechanismAmongTheKeptNodesIsNamed) {
   ReductionFigures figures;
   Report report("test", Verbosity::quiet);
-  reduced(mesh, {"all"}, 0, figures, report);
+  reduced(hinged(), {"all"}, 0, figures, report);
   EXPECT_EQ(figures.condition.n_rigid, 6);
   EXPECT_EQ(figures.condition.n_zero, 7);
   EXPECT_NE(figures.condition.loose_node.find("of block '"), std::string::npos) << figures.condition.loose_node;
   EXPECT_GE(report.n_warnings(), 1);
+}
+
+TEST(ReductionCondition, AMechanismIsFoundWithoutTheDiagonalForm) {
+  ReductionOptions options;
+  options.interface_sets = {"all"};
+  options.modes = 0;
+  ReduceSettings settings;
+  settings.diagonal_limit = 0;
+  for (const bool is_hinged : {true, false}) {
+    Mesh mesh = is_hinged ? hinged() : box_mesh({{2, 2, 2}, {2, 2, 2}, {0, 0, 0}, 0});
+    if (!is_hinged) mesh.nodesets.push_back({"all", 9, number_nodes(mesh).nodes});
+    ReductionFigures figures;
+    Report report("test", Verbosity::quiet);
+    testing::internal::CaptureStderr();
+    reduce(mesh, properties(mesh, paper_steel()), MassKind::lumped, options, settings, report, &figures);
+    const std::string text = testing::internal::GetCapturedStderr();
+    const ReductionCondition& c = figures.condition;
+    EXPECT_EQ(text.find("a mechanism") != std::string::npos, is_hinged) << text;
+    EXPECT_EQ(c.loose_node.find("of block '") != std::string::npos, is_hinged) << c.loose_node;
+    EXPECT_EQ(c.softest < 1e-13, is_hinged) << c.softest;
+    EXPECT_EQ(c.softest > 1e-3, !is_hinged) << c.softest;
+    EXPECT_GT(c.mass.plain, 1);  // known without the form too
+    EXPECT_EQ(c.largest_omega, 0);
+    options.basis = "massless";
+    options.massless_modes = "free", options.modes = 12;
+    if (is_hinged) {
+      try {
+        reduce(mesh, properties(mesh, paper_steel()), MassKind::lumped, options, settings, report, &figures);
+        ADD_FAILURE() << "no error";
+      } catch (const InputError& error) {
+        EXPECT_NE(std::string(error.what()).find("moves most at node"), std::string::npos) << error.what();
+      }
+    }
+    options.basis = "craig-bampton", options.modes = 0;
+  }
+}
+
+// x^T D K D x of the softest motion beside the rigid ones, against all eigenvalues.
+TEST(SoftestMotion, IsTheLowestEigenvalueOfTheScaledMatrixWhereItIsFarBelowTheOthers) {
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal;
+  const Index n = 40;
+  const Matrix Q = Eigen::HouseholderQR<Matrix>(Matrix::NullaryExpr(n, n, [&] { return normal(random); })).householderQ();
+  for (const double lowest : {1e-6, 1e-9, 0.0}) {
+    Vector lambda = Vector::LinSpaced(n, 1, 2);
+    lambda.head(3).setZero(), lambda(3) = lowest;
+    const Matrix K = Q * lambda.asDiagonal() * Q.transpose();
+    const Matrix N = Eigen::HouseholderQR<Matrix>(Q.leftCols(3)).householderQ() * Matrix::Identity(n, 3);
+    const SoftestMotion found = softest_motion(K, N);
+    // Of D K D between the scales of its smallest and largest diagonal entry
+    EXPECT_GE(found.stiffness, lowest / K.diagonal().maxCoeff() - 1e-14);
+    EXPECT_LE(found.stiffness, 1.01 * lowest / K.diagonal().minCoeff() + 1e-14);
+    EXPECT_GE(found.dof, 0);
+  }
+}
+
+TEST(ReductionCondition, WhatIsNotComputedIsNotTold) {
+  testing::internal::CaptureStderr();
+  Report report("test", Verbosity::verbose);
+  const ReductionCondition nothing;
+  report_figures(nothing, report);
+  warn_of_condition(nothing, report);
+  const std::string text = testing::internal::GetCapturedStderr();
+  EXPECT_EQ(report.n_warnings(), 0);
+  for (const char* line : {"condition of K_II: not computed", "condition of the reduced mass: not computed", "modes: not checked",
+                           "forces of K not computed", "reduced frequencies: not computed"})
+    EXPECT_NE(text.find(line), std::string::npos) << line;
+}
+
+TEST(UnjoinedParts, NodesOfTwoPartsAtOnePlaceAreTold) {
+  const Mesh first = box_mesh({{2, 2, 2}, {2, 2, 2}, {0, 0, 0}, 0});
+  const auto told = [](const Mesh& mesh) {
+    const FiniteElementModel model = number_nodes(mesh);
+    return unjoined_parts(mesh, model, connected_parts(mesh, model));
+  };
+  EXPECT_EQ(told(first), "");
+  EXPECT_EQ(told(both(first, box_mesh({{2, 2, 2}, {2, 2, 2}, {2.5, 0, 0}, 0}))), "");  // apart
+  const std::string text = told(both(first, box_mesh({{2, 2, 2}, {2, 2, 2}, {2, 0, 0}, 0})));
+  EXPECT_NE(text.find("2 parts that share no node, and 9 pairs of nodes"), std::string::npos) << text;
 }
 
 }  // namespace
