@@ -74,7 +74,11 @@ std::string reduction_text(const ReductionOptions& reduction) {
 
 std::string file_hash(const std::filesystem::path& file) {
   std::error_code error;
-  if (std::filesystem::is_directory(file, error)) throw InputError(file.string() + ": is a directory");
+  const auto status = std::filesystem::status(file, error);
+  if (std::filesystem::is_directory(status)) throw InputError(file.string() + ": is a directory");
+  // A device or a pipe may have no end
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
+    throw InputError(file.string() + ": is not a regular file: give the path of a file on a disk");
   errno = 0;
   std::ifstream in(file, std::ios::binary);
   if (!in.is_open()) throw InputError(file.string() + ": cannot be opened: " + std::strerror(errno));

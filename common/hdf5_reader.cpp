@@ -73,7 +73,8 @@ struct Hdf5Reader::Impl {
     hdf5::silence();
     std::error_code error;
     const auto status = fs::status(path, error);
-    if (!fs::exists(status)) fail("no such file");
+    if (status.type() == fs::file_type::not_found) fail("no such file");
+    if (!fs::exists(status)) fail("cannot be opened: " + error.message());
     if (fs::is_directory(status)) fail("is a directory, not an HDF5 file");
     if (!fs::is_regular_file(status)) fail("is not a regular file");
     file_size = static_cast<double>(fs::file_size(path, error));

@@ -3,7 +3,6 @@
 #include <cstring>
 #include <fstream>
 #include <iostream>
-#include <iterator>
 
 #include "common/error.hpp"
 #include "common/scene_parse.hpp"
@@ -13,16 +12,43 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// A pipe or a device may have no end: what is no text, or longer than any scene, is not read on.
+constexpr std::size_t most_bytes = 1'000'000'000;
+
+[[noreturn]] void refuse_size(const std::string& name, const std::string& found) {
+  throw InputError(name + ": is " + found + ", a scene has at most 1 GB: give a scene file (YAML)");
+}
+
+std::string read_to_end(std::istream& in, const std::string& name) {
+  constexpr std::size_t chunk = std::size_t{1} << 20;
+  std::string text;
+  for (;;) {
+    const std::size_t before = text.size();
+    if (before > most_bytes) refuse_size(name, "longer than 1 GB");
+    text.resize(before + chunk);
+    in.read(text.data() + before, static_cast<std::streamsize>(chunk));
+    text.resize(before + static_cast<std::size_t>(in.gcount()));
+    if (text.find('\0', before) != std::string::npos) throw InputError(name + ": is not a text file, expected a scene file (YAML)");
+    if (!in) return text;
+  }
+}
+
 std::string read_text(const std::string& file_or_dash) {
-  if (file_or_dash == "-") return {std::istreambuf_iterator<char>(std::cin), {}};
+  if (file_or_dash == "-") return read_to_end(std::cin, "<stdin>");
+  if (file_or_dash.empty()) throw InputError("'': an empty name, expected that of a scene file, or - for standard input");
   std::error_code error;
   const auto status = fs::status(file_or_dash, error);
-  if (!fs::exists(status)) throw InputError(file_or_dash + ": no such file");
+  if (status.type() == fs::file_type::not_found) throw InputError(file_or_dash + ": no such file");
+  if (!fs::exists(status)) throw InputError(file_or_dash + ": cannot be opened: " + error.message());
   if (fs::is_directory(status)) throw InputError(file_or_dash + ": is a directory, expected a scene file");
+  if (fs::is_regular_file(status)) {
+    const auto size = fs::file_size(file_or_dash, error);
+    if (!error && size > most_bytes) refuse_size(file_or_dash, "of " + std::to_string(size) + " bytes");
+  }
   errno = 0;
   std::ifstream in(file_or_dash, std::ios::binary);
   if (!in.is_open()) throw InputError(file_or_dash + ": cannot be opened: " + std::strerror(errno));
-  std::string text{std::istreambuf_iterator<char>(in), {}};
+  std::string text = read_to_end(in, file_or_dash);
   if (in.bad()) throw InputError(file_or_dash + ": cannot be read: " + std::strerror(errno));
   return text;
 }

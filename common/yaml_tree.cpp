@@ -65,6 +65,11 @@ class YamlTreeBuilder final : public YAML::EventHandler {
   }
 
   void open(YamlTree::Kind kind, const YAML::Mark& mark, YAML::anchor_t anchor) {
+    // The parser's own limit knows no line
+    constexpr std::size_t deepest = 100;
+    if (open_.size() >= deepest)
+      throw InputError(tree_.name_ + ":" + std::to_string(mark.line + 1) + ": lists and maps stand in each other more than " +
+                       std::to_string(deepest) + " deep: no part of a scene does, is a bracket not closed?");
     add(kind, mark, anchor);
     open_.emplace_back(static_cast<YamlTree::Id>(tree_.values_.size() - 1), waiting_.size());
   }
@@ -97,6 +102,35 @@ class TextBuffer final : public std::streambuf {
   }
 };
 
+std::string_view line_of(std::string_view text, int line) {
+  std::size_t begin = 0;
+  for (; line > 0 && begin != std::string_view::npos; --line) {
+    begin = text.find('\n', begin);
+    if (begin != std::string_view::npos) ++begin;
+  }
+  return begin == std::string_view::npos ? "" : text.substr(begin, text.find('\n', begin) - begin);
+}
+
+// What the parser's words do not say: it takes a tab, or a key that is too long, for a value in a wrong place.
+std::string cure_of(const YAML::Exception& error, std::string_view text) {
+  const std::string_view line = line_of(text, error.mark.line);
+  const std::string_view before = error.mark.line > 0 ? line_of(text, error.mark.line - 1) : "";
+  for (const std::string_view indented : {line, before}) {
+    const auto indentation = indented.substr(0, indented.find_first_not_of(" \t"));
+    if (indentation.find('\t') != std::string_view::npos)
+      return ": a tab indents it, YAML allows spaces only: replace tabs by spaces";
+  }
+  constexpr std::size_t longest_key = 1024;
+  if (error.msg == YAML::ErrorMsg::MAP_VALUE) {
+    const std::string_view key = line.substr(0, static_cast<std::size_t>(error.mark.column));
+    const auto start = key.find_last_of("{,");
+    if (key.size() - (start == std::string_view::npos ? 0 : start + 1) > longest_key)
+      return ": a key has at most 1024 characters: give it a shorter name";
+  }
+  if (line.find('\t') != std::string_view::npos) return ": the line holds a tab: replace it by spaces";
+  return "";
+}
+
 }  // namespace
 
 YamlTree::YamlTree(std::string_view text, std::string name) : name_(std::move(name)) {
@@ -112,7 +146,7 @@ YamlTree::YamlTree(std::string_view text, std::string name) : name_(std::move(na
     }
   } catch (const YAML::Exception& error) {
     const std::string line = error.mark.is_null() ? "" : ":" + std::to_string(error.mark.line + 1);
-    throw InputError(name_ + line + ": is not valid YAML: " + error.msg);
+    throw InputError(name_ + line + ": is not valid YAML: " + error.msg + (error.mark.is_null() ? "" : cure_of(error, text)));
   }
 }
 

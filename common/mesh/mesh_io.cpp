@@ -58,8 +58,12 @@ bool is_mesh_name(const std::filesystem::path& file) { return format_of(file) !=
 Mesh read_mesh(const std::filesystem::path& file) {
   const Format format = known_format(file);
   std::error_code error;
-  if (!std::filesystem::exists(file, error)) throw InputError(file.string() + ": no such file: give the path of a mesh");
-  if (!std::filesystem::is_regular_file(file, error)) throw InputError(file.string() + ": is not a file: give the path of a mesh");
+  const auto status = std::filesystem::status(file, error);
+  if (status.type() == std::filesystem::file_type::not_found)
+    throw InputError(file.string() + ": no such file: give the path of a mesh");
+  if (!std::filesystem::exists(status)) throw InputError(file.string() + ": cannot be opened: " + error.message());
+  if (!std::filesystem::is_regular_file(status))
+    throw InputError(file.string() + ": is not a regular file: give the path of a mesh");
   if (access(file.c_str(), R_OK) != 0) throw InputError(file.string() + ": may not be read: check its permissions");
   Mesh mesh = format == Format::gmsh ? read_gmsh(file) : read_exodus(file);
   check_mesh(mesh, file.string());

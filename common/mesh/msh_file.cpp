@@ -22,6 +22,13 @@ std::string printable(std::string_view text) {
   return shown;
 }
 
+// Others may be there any number of times: data of several fields and times.
+bool is_read(const std::string& section) {
+  for (const char* read : {"$MeshFormat", "$PhysicalNames", "$Entities", "$PartitionedEntities", "$Nodes", "$Elements"})
+    if (section == read) return true;
+  return false;
+}
+
 Sections sections_of(std::string_view text, const std::string& where) {
   Sections sections;
   std::size_t at = text.find_first_not_of(" \t\r\n");
@@ -37,7 +44,9 @@ Sections sections_of(std::string_view text, const std::string& where) {
     const auto end = text.find("$End" + name.substr(1), body);
     if (end == std::string_view::npos)
       throw InputError(where + ": is cut short: section " + printable(name) + " has no $End" + printable(name.substr(1)));
-    sections.emplace(name, text.substr(body, end - body));
+    const bool is_new = sections.emplace(name, text.substr(body, end - body)).second;
+    if (!is_new && is_read(name))
+      throw InputError(where + ": section " + name + " is there twice, expected once: two meshes in one file? damaged?");
     at = text.find_first_not_of(" \t\r\n", end + name.size() + 3);
   }
   return sections;
@@ -240,12 +249,15 @@ class Reader {
 MshFile read_msh(const std::filesystem::path& file) {
   const std::string where = file.string();
   std::ifstream stream(file, std::ios::binary);
-  const std::string contents((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
+  const std::string bytes((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
   if (!stream) throw InputError(where + ": could not be read");
+  constexpr std::string_view mark = "\xEF\xBB\xBF";  // UTF-8, as some editors begin a text
+  std::string_view contents = bytes;
+  if (contents.starts_with(mark)) contents.remove_prefix(mark.size());
   const auto start = contents.find_first_not_of(" \t\r\n");
-  if (start == std::string::npos) throw InputError(where + ": is empty");
+  if (start == std::string_view::npos) throw InputError(where + ": is empty");
   if (contents[start] != '$')
-    throw InputError(where + ": is not a gmsh mesh: it begins with '" + printable(std::string_view(contents).substr(start)) +
+    throw InputError(where + ": is not a gmsh mesh: it begins with '" + printable(contents.substr(start)) +
                      "', not with $MeshFormat");
   const Sections sections = sections_of(contents, where);
   return Reader(sections, where).run();

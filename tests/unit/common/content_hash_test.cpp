@@ -80,6 +80,9 @@ TEST(ContentHash, needsTheMesh) {
   EXPECT_THROW(content_hash(scene, scene.components.begin()->second), InputError);
   std::filesystem::create_directory(folder / "block.msh");
   EXPECT_THROW(content_hash(scene, scene.components.begin()->second), InputError);
+  std::filesystem::remove(folder / "block.msh");
+  std::filesystem::create_symlink("/dev/zero", folder / "block.msh");  // would be read for ever
+  EXPECT_THROW(content_hash(scene, scene.components.begin()->second), InputError);
 }
 
 }  // namespace

@@ -286,6 +286,44 @@ TEST(SceneErrors, filesThatCannotBeRead) {
   EXPECT_THROW(read_scene(""), InputError);
 }
 
+TEST(SceneErrors, filesWithoutEndAndLinksThatLeadNowhere) {
+  const TemporaryFolder folder;
+  const auto message = [&](const std::string& file) -> std::string {
+    try {
+      read_scene(file);
+      return "read";
+    } catch (const InputError& error) {
+      return error.what();
+    }
+  };
+  const auto says = [&](const std::string& file, const std::string& part) {
+    EXPECT_NE(message(file).find(part), std::string::npos) << message(file);
+  };
+  std::filesystem::create_symlink("/dev/zero", folder / "zero.yaml");
+  says((folder / "zero.yaml").string(), "zero.yaml: is not a text file");
+  write_bytes(folder / "sparse.yaml", "");
+  std::filesystem::resize_file(folder / "sparse.yaml", 1'000'000'001);
+  says((folder / "sparse.yaml").string(), "is of 1000000001 bytes, a scene has at most 1 GB");
+  std::filesystem::create_symlink("loop.yaml", folder / "loop.yaml");
+  says((folder / "loop.yaml").string(), "loop.yaml: cannot be opened: ");
+  says("", "an empty name");
+}
+
+// The parser's own words for these are "illegal map value" and "bad file".
+TEST(SceneErrors, slipsOfYamlNameTheirCure) {
+  const TemporaryFolder folder;
+  const auto says = [&](const std::string& text, const std::string& start, const std::string& part) {
+    const std::string message = refusal(folder, text);
+    EXPECT_EQ(message.substr(0, start.size()), start) << message;
+    EXPECT_NE(message.find(part), std::string::npos) << message;
+  };
+  says("time:\n\tend: 1\n", "impact.yaml:2: ", "replace tabs by spaces");
+  says("time:\n  end: 1\n\tstep: 2\n", "impact.yaml:3: ", "replace tabs by spaces");
+  says("a: 1\n" + std::string(1100, 'k') + ": 2\n", "impact.yaml:2: ", "a key has at most 1024 characters");
+  says("a: 1\nb:\n  " + std::string(500, '['), "impact.yaml:3: ", "more than 100 deep");
+  says("a: 1\nb:\n  " + std::string(500, '{'), "impact.yaml:3: ", "more than 100 deep");
+}
+
 // Whatever an editor's slip, a cut or a broken transfer makes of a scene: read, or refused in words.
 TEST(SceneErrors, noDamageDoesMoreThanBeRefused) {
   const TemporaryFolder folder;

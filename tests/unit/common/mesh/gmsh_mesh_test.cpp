@@ -252,6 +252,7 @@ TEST(GmshMesh, refusesByName) {
   has(fault(""), "empty");
   has(fault("Point(1) = {0,0,0};\n"), "not a gmsh mesh");
   has(fault("\x7f\x45LF\1\2"), "not a gmsh mesh");
+  has(fault(old_file() + "$Nodes\n1\n1 0 0 0\n$EndNodes\n"), "section $Nodes is there twice");
   has(fault("$NOD\n1\n1 0 0 0\n$ENDNOD\n"), "format 1");
   for (const char* version : {"1", "3", "4", "5"})
     has(fault(replaced(old_file(), "2.2 0 8", std::string(version) + " 0 8")), "2.2 and 4.1");
@@ -267,6 +268,13 @@ TEST(GmshMesh, refusesByName) {
   // Half of a surface on the solid, half not.
   has(fault(replaced(old_file(), "2 3 2 2 1 9 10 11 12", "2 3 2 1 1 9 10 2 12")), "'low'");
   EXPECT_EQ(folder.n_files(), 1U);
+}
+
+TEST(GmshMesh, aByteOrderMarkIsSkipped) {
+  const Folder folder;
+  test::write_text(folder / "plain.msh", old_file());
+  test::write_text(folder / "marked.msh", "\xEF\xBB\xBF" + old_file());
+  test::expect_equal(read_mesh(folder / "marked.msh"), read_mesh(folder / "plain.msh"));
 }
 
 TEST(GmshMesh, cutShortIsAnErrorOrNothingIsMissing) {
