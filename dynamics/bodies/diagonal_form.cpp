@@ -159,8 +159,10 @@ DiagonalForm free_diagonal_form(Superelement& s, const std::string& where) {
     form.V = std::move(pairs.Phi);
   }
   if (use_exact_rigid_modes(R, s.rigid_body, form)) return form;
-  if (s.M_cc.rows() != s.c()) throw RunError(where + ": the rigid modes of the diagonal form do not agree with /rigid_body: the reduction is too ill-conditioned, see "
-                           "the warnings of cbr-reduce; widen the interface");
+  if (s.M_cc.rows() != s.c())
+    throw InputError(where +
+                     ": /nodes/coordinates, /rigid_body and the rigid modes of /diagonal do not agree: the file is damaged or was "
+                     "changed, make it anew (cbr-reduce --force)");
   // E = V^T M^ R   (n x 6)
   form.E.noalias() = form.V.transpose() * mass_times_rigid(s, R);
   return form;

@@ -27,6 +27,36 @@ void require_current(const Scene& scene, const Component& component, const Reduc
     throw InputError(where + " was not made from the present mesh, materials and reduction options" + cure);
 }
 
+// What is wrong with a mesh or a superelement is found where nobody knows who names it: the scene's line and the component come
+// first.
+template <typename Action>
+auto naming(const Component& component, const Action& action) {
+  const auto named = [&](const std::string& what) {
+    if (what.starts_with(component.source.file + ":")) return what;  // says it already
+    const std::string name = "component '" + component.name + "': ";
+    return component.source.text() + ": " + (what.starts_with(name) ? "" : name) + what;
+  };
+  try {
+    return action();
+  } catch (const InputError& error) {
+    throw InputError(named(error.what()));
+  } catch (const RunError& error) {
+    throw RunError(named(error.what()));
+  }
+}
+
+// Errors of an action that knows elements, and not whose: the file comes first.
+template <typename Action>
+auto naming(const std::filesystem::path& file, const Action& action) {
+  try {
+    return action();
+  } catch (const InputError& error) {
+    throw InputError(file.string() + ": " + error.what());
+  } catch (const RunError& error) {
+    throw RunError(file.string() + ": " + error.what());
+  }
+}
+
 std::vector<const Instance*> instances_of(const Scene& scene, const Component& component, InstanceKind as) {
   std::vector<const Instance*> list;
   for (const Instance& instance : scene.instances)
@@ -174,8 +204,9 @@ Coordinates coordinates_of_mesh(const Scene& scene, const Instance& instance, co
   return coupled ? Coordinates::coupled : Coordinates::nodal;
 }
 
-ReducedComponent read_reduced_component(const SceneIndex& index, const Component& component, const BuildOptions& options,
-                                        Report& report) {
+namespace {
+
+ReducedComponent read_reduced(const SceneIndex& index, const Component& component, const BuildOptions& options, Report& report) {
   if (!component.reduction) {
     throw InputError(component.source.text() + ": component '" + component.name +
                      "' is used as: superelement but has no 'reduction': add one and run cbr-reduce, or use as: mesh");
@@ -194,12 +225,13 @@ ReducedComponent read_reduced_component(const SceneIndex& index, const Component
     reduced.massless = free_massless_form(*reduced.superelement, component.reduction->superelement.string());
   } else if (moves_freely_in_diagonal_form(index, component, reduced)) {
     const auto phase = report.phase("setup");
-    reduced.form = std::make_shared<DiagonalForm>(free_diagonal_form(*reduced.superelement, "component '" + component.name + "'"));
+    reduced.form =
+        std::make_shared<DiagonalForm>(free_diagonal_form(*reduced.superelement, component.reduction->superelement.string()));
   }
   return reduced;
 }
 
-MeshedComponent read_meshed_component(const Scene& scene, const Component& component, Report& report) {
+MeshedComponent read_meshed(const Scene& scene, const Component& component, Report& report) {
   MeshedComponent meshed;
   {
     const auto phase = report.phase("read");
@@ -207,7 +239,8 @@ MeshedComponent read_meshed_component(const Scene& scene, const Component& compo
   }
   const auto phase = report.phase("setup");
   meshed.properties = block_properties(scene, component, *meshed.mesh);
-  const auto fe = std::make_shared<FiniteElementModel>(assemble(*meshed.mesh, meshed.properties, component.mass));
+  const auto fe = std::make_shared<FiniteElementModel>(
+      naming(component.mesh, [&] { return assemble(*meshed.mesh, meshed.properties, component.mass); }));
   meshed.fe = fe;
   if (const std::string text = unjoined_parts(*meshed.mesh, *fe, connected_parts(*meshed.mesh, *fe)); !text.empty())
     report.warning("component '" + component.name + "': " + text);
@@ -216,11 +249,23 @@ MeshedComponent read_meshed_component(const Scene& scene, const Component& compo
   const auto instances = instances_of(scene, component, InstanceKind::mesh);
   if (std::any_of(instances.begin(), instances.end(),
                   [&](const Instance* i) { return coordinates_of_mesh(scene, *i, *meshed.geometry) == Coordinates::nodal; }))
-    meshed.model = std::make_shared<MeshModel>(
-        component.mass == MassKind::lumped
-            ? mesh_model(*fe, meshed.geometry->coordinates, true, MeshForces(*fe, *meshed.mesh, meshed.properties))
-            : mesh_model(*fe, meshed.geometry->coordinates, false));
+    meshed.model = std::make_shared<MeshModel>(naming(component.mesh, [&] {
+      return component.mass == MassKind::lumped
+                 ? mesh_model(*fe, meshed.geometry->coordinates, true, MeshForces(*fe, *meshed.mesh, meshed.properties))
+                 : mesh_model(*fe, meshed.geometry->coordinates, false);
+    }));
   return meshed;
+}
+
+}  // namespace
+
+ReducedComponent read_reduced_component(const SceneIndex& index, const Component& component, const BuildOptions& options,
+                                        Report& report) {
+  return naming(component, [&] { return read_reduced(index, component, options, report); });
+}
+
+MeshedComponent read_meshed_component(const Scene& scene, const Component& component, Report& report) {
+  return naming(component, [&] { return read_meshed(scene, component, report); });
 }
 
 }  // namespace cbr
