@@ -3,6 +3,7 @@
 
 #include <fcntl.h>
 #include <signal.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <array>
@@ -43,6 +44,30 @@ void forget(int slot) {
 
 std::string system_text(int error) { return std::strerror(error); }
 
+// rename() asks for the folder's permissions alone; whoever has protected a file does not want it replaced. Root may do anything,
+// and is asked all the same.
+void refuse_protected(const fs::path& target, const fs::path& resolved) {
+  struct stat now = {};
+  if (::stat(resolved.c_str(), &now) != 0) return;
+  const bool protected_by_all = (now.st_mode & (S_IWUSR | S_IWGRP | S_IWOTH)) == 0;
+  if (protected_by_all || ::access(resolved.c_str(), W_OK) != 0)
+    throw InputError(target.string() + ": is there and write-protected: make it writable (chmod u+w) or give another name");
+}
+
+// Of what is replaced: permissions, and the owner and group where the system lets us.
+void keep_mode(const fs::path& target, int descriptor) {
+  struct stat old = {}, now = {};
+  if (::stat(target.c_str(), &old) != 0 || ::fstat(descriptor, &now) != 0) return;
+  mode_t mode = old.st_mode & (S_IRWXU | S_IRWXG | S_IRWXO);
+  const bool same_group = now.st_gid == old.st_gid || ::fchown(descriptor, static_cast<uid_t>(-1), old.st_gid) == 0;
+  if (now.st_uid != old.st_uid) {
+    [[maybe_unused]] const int result = ::fchown(descriptor, old.st_uid, static_cast<gid_t>(-1));
+  }
+  // To another group not more than to all
+  if (!same_group) mode = (mode & ~static_cast<mode_t>(S_IRWXG)) | ((mode & S_IRWXO) << 3);
+  ::fchmod(descriptor, mode);
+}
+
 // rename() would put a regular file in the place of /dev/null, or of the link instead of what it points to.
 fs::path resolved_target(const fs::path& target) {
   std::error_code error;
@@ -56,6 +81,7 @@ fs::path resolved_target(const fs::path& target) {
   if (fs::exists(status) && !fs::is_regular_file(status)) {
     throw InputError(target.string() + ": is not a regular file, give the name of a file to write");
   }
+  refuse_protected(target, resolved);
   if (resolved.filename().empty()) throw InputError("'" + target.string() + "': no file name to write to");
   const fs::path folder = resolved.has_parent_path() ? resolved.parent_path() : fs::path(".");
   if (!fs::is_directory(folder, error)) {
@@ -120,7 +146,10 @@ TemporaryFile::TemporaryFile(const fs::path& target) : target_(resolved_target(t
   for (;;) {
     // A short name of its own: the target's name may already be as long as names can be.
     path_ = target_.parent_path() / (name_prefix() + std::to_string(::getpid()) + "-" + std::to_string(counter++) + ".tmp");
-    const int descriptor = ::open(path_.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0666);
+    // Not to be read by more while it is written than in the end
+    std::error_code error;
+    const mode_t mode = fs::exists(target_, error) ? 0600 : 0666;
+    const int descriptor = ::open(path_.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, mode);
     if (descriptor >= 0) {
       ::close(descriptor);
       break;
@@ -139,6 +168,7 @@ void TemporaryFile::commit() {
   const int descriptor = ::open(path_.c_str(), O_RDONLY | O_CLOEXEC);
   const bool synced = descriptor >= 0 && ::fsync(descriptor) == 0;
   const int sync_error = errno;
+  if (descriptor >= 0) keep_mode(target_, descriptor);
   if (descriptor >= 0) ::close(descriptor);
   // Some file systems cannot sync and say EINVAL; everything else means that the bytes are not there.
   if (!synced && sync_error != EINVAL) throw RunError(target_.string() + ": cannot be written: " + system_text(sync_error));

@@ -8,10 +8,12 @@ namespace cbr {
 
 // An empty file of a name of its own beside `target`, to be filled by whatever library writes it. commit() puts it in the
 // target's place in one step; without commit() it is gone when this goes out of scope, and when a signal ends a program
-// that went through run_program(). What a process that was killed outright left in the folder is removed.
+// that went through run_program(). A file that is replaced hands on its permissions. What a process that was killed outright left
+// in the folder is removed.
 class TemporaryFile {
  public:
-  // InputError: the target's folder is missing, or the target is there and is no regular file. RunError: the system refuses.
+  // InputError: the target's folder is missing, or the target is there and is no regular file or write-protected. RunError: the
+  // system refuses.
   explicit TemporaryFile(const std::filesystem::path& target);
   ~TemporaryFile();
   TemporaryFile(const TemporaryFile&) = delete;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/program.hpp"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <memory>
 #include <optional>
@@ -10,6 +12,7 @@
 #include "common/linalg/blas_threads.hpp"
 #include "common/output_file.hpp"
 #include "common/program.hpp"
+#include "common/replaced_file.hpp"
 #include "common/scene.hpp"
 #include "common/state_archive.hpp"
 #include "common/unchanged_files.hpp"
@@ -38,7 +41,12 @@ void check_target(const Scene& scene, const std::filesystem::path& results, cons
     refuse(component.mesh, "the mesh of component '" + name + "'");
     if (component.reduction) refuse(component.reduction->superelement, "the superelement of component '" + name + "'");
   }
+  refuse_other_hdf5(results, {"cbr-results"}, "the results", "give --output another name");
   const TemporaryFile probe(results);
+}
+
+double memory_of_machine() {
+  return static_cast<double>(::sysconf(_SC_PHYS_PAGES)) * static_cast<double>(::sysconf(_SC_PAGE_SIZE));
 }
 
 void count_work(const Simulation& simulation, const RunResult& result, Report& report) {
@@ -165,8 +173,13 @@ class Run {
 
   void write(const RunResult& result) {
     const auto phase = report_.phase("write");
-    write_results(results_, built_.simulation, result, report_);
-    if (fields_) fields_->commit();
+    try {
+      write_results(results_, built_.simulation, result, report_);
+      if (fields_) fields_->commit();
+    } catch (const std::runtime_error& error) {
+      // InputError, too: a folder that was there before the run has gone
+      throw RunError(error.what() + (result.ended_at ? "; " + end_text(result) : "") + restart_text());
+    }
   }
 
   void finish(const RunResult& result) {
@@ -174,14 +187,23 @@ class Run {
     report_.line("results: " + results_.string() + fields);
     report_.timings();
     if (!result.ended_at) return;
-    std::ostringstream text;
-    text << results_.string() << ": ended by " << signals_.name() << " at t = " << *result.ended_at << " s of "
-         << built_.simulation.plan.end << " s: holds the outputs up to there";
-    if (clock_) text << ", --restart " << file_.string() << " goes on";
-    throw RunError(text.str());
+    throw RunError(results_.string() + ": " + end_text(result) + ": holds the outputs up to there" + restart_text());
   }
 
  private:
+  std::string end_text(const RunResult& result) const {
+    std::ostringstream text;
+    text << "ended by " << signals_.name() << " at t = " << *result.ended_at << " s of " << built_.simulation.plan.end << " s";
+    return text.str();
+  }
+
+  std::string restart_text() const {
+    if (!saved_at_) return "";
+    std::ostringstream text;
+    text << ", --restart " << file_.string() << " goes on from t = " << *saved_at_ << " s";
+    return text.str();
+  }
+
   void save(Index step, double t, const StateArchive& state) {
     std::ostringstream place;
     place << "checkpoint at t = " << t << " s: ";
@@ -191,7 +213,8 @@ class Run {
       write_checkpoint(file_, hash_, {step, t, fields_ ? fields_->times() : std::vector<double>(), n_threads()}, state);
       report_.detail(place.str() + file_.string());
       has_failed_ = false;
-    } catch (const RunError& error) {
+      saved_at_ = t;
+    } catch (const std::runtime_error& error) {  // InputError: its folder has gone
       // Hours of computing are not given up for it
       if (!has_failed_) report_.warning(place.str() + error.what() + "; the run goes on, the checkpoint of before stays");
       has_failed_ = true;
@@ -205,7 +228,8 @@ class Run {
   const NotedSignals signals_;
   std::string hash_;
   std::filesystem::path file_;
-  bool has_failed_ = false;  // to write the last checkpoint
+  bool has_failed_ = false;         // to write the last checkpoint
+  std::optional<double> saved_at_;  // the time of the last one that was written
   std::optional<CheckpointClock> clock_;
   std::optional<StateArchive> state_;
   std::optional<FieldWriter::Saved> saved_fields_;
@@ -224,6 +248,7 @@ void run_scene(const std::string& scene_or_dash, const std::filesystem::path& re
   check_target(*scene, results, restart);
   const UnchangedFiles inputs = inputs_of(*scene);
   BuiltScene built = build(*scene, report, build_options);
+  require_memory_for_outputs(*scene, built.simulation, memory_of_machine());
   std::string hash;
   if (scene->output.checkpoint || !restart.empty()) {
     const auto phase = report.phase("read");

@@ -10,6 +10,7 @@
 #include "common/number_text.hpp"
 #include "common/output_file.hpp"
 #include "common/program.hpp"
+#include "common/replaced_file.hpp"
 #include "common/scene_words.hpp"
 #include "common/unchanged_files.hpp"
 #include "reducer/decomposition.hpp"
@@ -65,6 +66,21 @@ void refuse_to_overwrite(const Scene& scene, const std::string& input, const std
   }
   if (is_target(input))
     throw InputError("superelement '" + target.string() + "' is the scene itself and would overwrite it: give it another name");
+  refuse_other_hdf5(target, {"cbr-superelement", "cbr-superelement-group"}, "the superelement",
+                    "give the superelement another name");
+}
+
+// A folder that was there before the work and is gone after it is no mistake of the user's.
+template <typename Write>
+void write_after_the_work(const std::filesystem::path& file, const Write& write) {
+  try {
+    write();
+  } catch (const InputError& error) {
+    const auto folder = std::filesystem::absolute(file).parent_path();
+    std::error_code missing;
+    if (!std::filesystem::is_directory(folder, missing)) throw RunError(error.what());
+    throw;
+  }
 }
 
 // The diagonal form costs n^3: of a group, whose explicit and implicit steps do not use it, more than its domains do.
@@ -160,6 +176,7 @@ class Reducer {
       report_.line(component.name + ": the same as " + twin->second.string() + ", copied to " + reduction.superelement.string());
       return;
     }
+    { const TemporaryFile probe(reduction.superelement); }  // what cannot be written is found before the work
     report_.line("reducing " + component.name + " (" + component.mesh.filename().string() + ")");
     make(scene, component, hash, inputs);
   }
@@ -204,7 +221,8 @@ class Reducer {
     for (auto& domain : group.domains) domain.content_hash = hash;
     {
       const auto phase = report_.phase("writing the superelements");
-      write_superelement_group(group, component.reduction->superelement);
+      write_after_the_work(component.reduction->superelement,
+                           [&] { write_superelement_group(group, component.reduction->superelement); });
     }
     summarise_group(group, component.reduction->superelement, report_);
   }
@@ -237,7 +255,7 @@ class Reducer {
     s.provenance = provenance;
     {
       const auto phase = report_.phase("writing the superelement");
-      write_superelement(s, component.reduction->superelement);
+      write_after_the_work(component.reduction->superelement, [&] { write_superelement(s, component.reduction->superelement); });
     }
     summarise(s, figures, component.reduction->superelement, report_);
   }
@@ -262,7 +280,10 @@ bool for_each_component(const Scene& scene, const std::string& mesh_input, const
     } catch (const InputError& error) {
       const std::string where =
           !mesh_input.empty() ? mesh_input : component.reduction->source.text() + ": component '" + component.name + "'";
-      throw InputError(where + ": " + error.what());
+      std::string what = error.what();
+      const std::string path = component.mesh.string() + ": ";
+      if (!mesh_input.empty() && what.starts_with(path)) what.erase(0, path.size());  // once is enough
+      throw InputError(where + ": " + what);
     }
   }
   return !seen.empty();

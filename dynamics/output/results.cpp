@@ -2,7 +2,9 @@
 #include "dynamics/output/results.hpp"
 
 #include <chrono>
+#include <sstream>
 
+#include "common/error.hpp"
 #include "common/hdf5_file.hpp"
 #include "common/program.hpp"
 
@@ -56,7 +58,29 @@ void write_contact(Hdf5Writer& file, const Simulation& simulation, const RunResu
   }
 }
 
+// Numbers of one output, as RunResult keeps them.
+double values_per_output(const Simulation& simulation) {
+  double values = 7;  // time, energies and works, active
+  values += 11 * static_cast<double>(simulation.bodies.size()) + 9 * static_cast<double>(simulation.monitors.size());
+  for (const ContactPair& pair : simulation.pairs) values += pair.of_all ? 0 : 10;
+  return values;
+}
+
 }  // namespace
+
+void require_memory_for_outputs(const Scene& scene, const Simulation& simulation, double memory) {
+  const TimePlan& plan = simulation.plan;
+  const double outputs = static_cast<double>(plan.n_steps() / plan.steps_per_output) + 1, values = values_per_output(simulation);
+  const double bytes = 8 * outputs * values;
+  if (bytes <= memory) return;
+  const bool has_every = scene.output.every > 0;
+  std::ostringstream text;
+  text.precision(3);
+  text << (has_every ? scene.output.source : scene.time->source).text() << ": " << (has_every ? "output.every" : "time") << ": "
+       << outputs << " outputs of " << values << " numbers take " << human_bytes(bytes) << ", the machine has "
+       << human_bytes(memory) << ": give output.every " << 2 * plan.end * bytes / memory / outputs << " s or more";
+  throw InputError(text.str());
+}
 
 void write_results(const std::filesystem::path& path, const Simulation& simulation, const RunResult& result, const Report& report) {
   using Clock = std::chrono::steady_clock;

@@ -136,6 +136,28 @@ TEST_F(FailedWrite, aLinkIsFollowedAndStays) {
   EXPECT_EQ(folder.n_entries(), 2u);
 }
 
+TEST_F(FailedWrite, permissionsAreThoseOfWhatIsReplaced) {
+  namespace fs = std::filesystem;
+  using fs::perms;
+  for (const perms mode : {perms(0600), perms(0640), perms(0666)}) {
+    test::write_bytes(file, "old");
+    fs::permissions(file, mode);
+    write(file);
+    EXPECT_EQ(fs::status(file).permissions(), mode);
+    EXPECT_EQ(Hdf5Reader(file).shape("/large/matrix"), (std::vector<Index>{700, 300}));
+  }
+  test::write_bytes(file, "protected");
+  fs::permissions(file, perms(0444));
+  try {
+    write(file);
+    FAIL() << "replaced";
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("write-protected"), std::string::npos) << error.what();
+  }
+  EXPECT_EQ(test::bytes_of(file), "protected");
+  EXPECT_EQ(folder.n_entries(), 1u);
+}
+
 TEST_F(FailedWrite, namesAsLongAsNamesCanBe) {
   const auto longest = folder / (std::string(252, 'n') + ".h5");
   write(longest);

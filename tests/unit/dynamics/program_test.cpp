@@ -5,13 +5,16 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <regex>
+#include <thread>
 
 #include "common/error.hpp"
 #include "common/hdf5_file.hpp"
+#include "dynamics/output/results.hpp"
 #include "tests/unit/dynamics/bricks.hpp"
 
 namespace cbr {
@@ -169,6 +172,44 @@ TEST_F(Program, ASuperelementThatIsMissingOrStaleNamesTheCure) {
   expect_refused(file, {"not made from", "cbr-reduce"});
 }
 
+TEST_F(Program, AMeshThatIsNoGoodNamesItsLineAndComponent) {
+  const std::string file = scene("mesh");
+  Mesh mesh = test::brick({4, 2, 2}, Vector3(1, 0.5, 0.5));
+  mesh.blocks[0].connectivity.row(3).head(4).swap(mesh.blocks[0].connectivity.row(3).tail(4));
+  write_mesh(mesh, folder_ / "block.msh");
+  expect_refused(file, {"scene.yaml:4: component 'block': ", "block.msh: ", "is inverted"});
+  std::filesystem::remove(folder_ / "block.msh");
+  expect_refused(file, {"scene.yaml:4: component 'block': ", "block.msh: no such file"});
+  std::filesystem::create_symlink("/dev/zero", folder_ / "block.msh");
+  expect_refused(file, {"scene.yaml:4: component 'block': ", "block.msh: is not a regular file"});
+}
+
+TEST_F(Program, ASuperelementAtOddsWithItselfNamesItsFile) {
+  const std::string file = scene("superelement", "", ", integrator: exact");
+  make_superelement(file);
+  Superelement s = read_superelement(folder_ / "block.cbr.h5");
+  ASSERT_TRUE(s.has_diagonal_form());
+  s.rigid_body.mass *= 2;
+  write_superelement(s, folder_ / "block.cbr.h5");
+  expect_refused(file, {"scene.yaml:4: component 'block': ", "block.cbr.h5: ", "/rigid_body", "cbr-reduce --force"});
+}
+
+TEST_F(Program, OutputsThatMemoryCannotHoldAreRefusedBeforeTheRun) {
+  const Scene read = read_scene(scene("mesh"));
+  Report report("test", Verbosity::quiet);
+  const BuiltScene built = build(read, report);
+  // 13 outputs of time, energies, two bodies, two surfaces and a pair
+  constexpr double bytes = 8 * 13 * (7 + 2 * 11 + 2 * 9 + 10);
+  EXPECT_NO_THROW(require_memory_for_outputs(read, built.simulation, bytes));
+  try {
+    require_memory_for_outputs(read, built.simulation, bytes / 10);
+    FAIL() << "no error";
+  } catch (const InputError& error) {
+    for (const char* part : {"scene.yaml:", "output.every: 13 outputs of 57 numbers", "5.9 kB", "592 B", "give output.every"})
+      EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
+  }
+}
+
 TEST_F(Program, RefusesWhatCannotBe) {
   for (const std::string enforcement : {"penalty", "nodal"})
     expect_refused(scene("mesh", ", enforcement: " + enforcement, ", integrator: newmark"),
@@ -247,6 +288,40 @@ TEST_F(Program, ResultsDoNotReplaceAnInput) {
   }
   EXPECT_THROW(run_scene(file, folder_ / "nowhere" / "results.h5", report), InputError);
   EXPECT_EQ(report.seconds("steps"), 0);  // found before the run
+}
+
+TEST_F(Program, ResultsReplaceResultsAlone) {
+  const std::string file = scene("mesh");
+  run(file);
+  run(file);
+  for (const std::string format : {"cbr-checkpoint", "cbr-superelement", ""}) {
+    const auto other = folder_ / "other.h5";
+    {
+      Hdf5Writer writer(other);
+      writer.write("/values", 1.0);
+      if (!format.empty()) writer.attribute("/", "format", format);
+      writer.commit();
+    }
+    Report report("test", Verbosity::quiet);
+    EXPECT_THROW(run_scene(file, other, report), InputError) << format;
+    EXPECT_TRUE(Hdf5Reader(other).has("/values"));
+  }
+}
+
+// Not the user's mistake: exit code 1.
+TEST_F(Program, AFolderThatGoesAwayDuringTheRunIsNoInputError) {
+  const std::string file =
+      scene("mesh", "", ", step: 3.0e-5", "output: {every: 0.05, checkpoint: {every_steps: 50, file: results/c.h5}}\n");
+  const auto folder = folder_ / "results";
+  std::filesystem::create_directory(folder);
+  std::thread other([&] {
+    std::error_code busy;
+    while (!std::filesystem::exists(folder / "c.h5")) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    while (std::filesystem::exists(folder)) std::filesystem::remove_all(folder, busy);  // a checkpoint may come in between
+  });
+  Report report("test", Verbosity::quiet);
+  EXPECT_THROW(run_scene(file, folder / "results.h5", report), RunError);
+  other.join();
 }
 
 TEST_F(Program, EveryDofHeld) {

@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "common/error.hpp"
+#include "common/hdf5_file.hpp"
 #include "common/superelement_group.hpp"
 #include "reducer/command.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
@@ -193,6 +194,28 @@ TEST_F(Program, OverwritesNoMeshAndNoScene) {
   EXPECT_NE(with_superelement("link.h5").find("the mesh of component 'box'"), std::string::npos);
   EXPECT_NE(with_superelement("scene.yaml").find("the scene itself"), std::string::npos);
   EXPECT_EQ(bytes(path("box.msh")), mesh);
+}
+
+TEST_F(Program, OverwritesNoHdf5FileOfAnotherKind) {
+  {
+    Hdf5Writer results(path("box.cbr.h5"));
+    results.attribute("/", "format", std::string("cbr-results"));
+    results.commit();
+  }
+  const std::string before = bytes(path("box.cbr.h5"));
+  EXPECT_NE(message_of(mesh_arguments()).find("cbr-results"), std::string::npos) << message_of(mesh_arguments());
+  EXPECT_EQ(bytes(path("box.cbr.h5")), before);
+}
+
+TEST_F(Program, AMeshWithoutEndIsRefused) {
+  fs::remove(path("box.msh"));
+  fs::create_symlink("/dev/zero", path("box.msh"));
+  const std::string from_mesh = message_of(mesh_arguments()), path_twice = "box.msh: " + path("box.msh");
+  EXPECT_NE(from_mesh.find("box.msh: is not a regular file"), std::string::npos) << from_mesh;
+  EXPECT_EQ(from_mesh.find(path_twice), std::string::npos) << from_mesh;
+  const std::string from_scene = message_of({scene("{interface: [x_max], modes: 4}")});
+  EXPECT_NE(from_scene.find("scene.yaml:3: component 'box': " + path("box.msh") + ": is not a regular file"), std::string::npos)
+      << from_scene;
 }
 
 // In a pipeline stdout is the scene: OpenBLAS writes its complaints there.
