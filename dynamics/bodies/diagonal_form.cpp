@@ -161,8 +161,8 @@ DiagonalForm free_diagonal_form(Superelement& s, const std::string& where) {
   if (use_exact_rigid_modes(R, s.rigid_body, form)) return form;
   if (s.M_cc.rows() != s.c())
     throw InputError(where +
-                     ": /nodes/coordinates, /rigid_body and the rigid modes of /diagonal do not agree: the file is damaged or was "
-                     "changed, make it anew (cbr-reduce --force)");
+                     ": /nodes/coordinates, /rigid_body and the rigid modes of /diagonal do not agree: the reduction was too "
+                     "ill-conditioned (heed the warnings of cbr-reduce), or the file was changed (cbr-reduce --force makes it anew)");
   // E = V^T M^ R   (n x 6)
   form.E.noalias() = form.V.transpose() * mass_times_rigid(s, R);
   return form;
