@@ -53,12 +53,26 @@ std::string component_text(const Scene& scene, const Component& component) {
   return text + "mass " + word_of(mass_words, component.mass) + "\n";
 }
 
+// Each name once, in any order.
+std::vector<std::string> as_set(std::vector<std::string> names) {
+  std::sort(names.begin(), names.end());
+  names.erase(std::unique(names.begin(), names.end()), names.end());
+  return names;
+}
+
+std::string characteristic_text(const CharacteristicOptions& options) {
+  std::string text = "characteristic modes " + std::to_string(options.modes) + "\n";
+  for (const auto& set : as_set(options.keep)) text += "keep " + counted(set) + "\n";
+  for (const auto& set : as_set(options.pressure)) text += "pressure " + counted(set) + "\n";
+  if (options.pressure.empty()) return text;
+  return text + "patterns " + std::to_string(options.patterns) + (options.shear ? " shear\n" : "\n");
+}
+
 std::string reduction_text(const ReductionOptions& reduction) {
-  std::vector<std::string> sets = reduction.interface_sets;
-  std::sort(sets.begin(), sets.end());
-  sets.erase(std::unique(sets.begin(), sets.end()), sets.end());
+  const std::vector<std::string> sets = as_set(reduction.interface_sets);
   std::string text = "basis " + reduction.basis + "\n";
   if (reduction.is_massless()) text += "massless_modes " + reduction.massless_modes + "\n";
+  if (reduction.is_characteristic()) text += characteristic_text(reduction.characteristic);
   for (const auto& set : sets) text += "interface " + counted(set) + "\n";
   if (reduction.modes) text += "modes " + std::to_string(*reduction.modes) + "\n";
   if (reduction.cutoff_hz) text += "cutoff_hz " + number_text(*reduction.cutoff_hz) + "\n";

@@ -23,6 +23,15 @@ struct SourceLine {
   std::string text() const;  // "impact.yaml:12"
 };
 
+// Basis characteristic: what stands for the interface's dofs.
+struct CharacteristicOptions {
+  Index modes = 0;                         // elastic characteristic constraint modes; rigid motions come on top
+  std::vector<std::string> keep = {};      // sets whose nodes keep a coordinate for each dof
+  std::vector<std::string> pressure = {};  // sidesets that get static responses to patterns of pressure
+  Index patterns = 20;                     // of each of them
+  bool shear = false;                      // patterns in all directions, not only normal to the faces
+};
+
 struct ReductionOptions {
   std::string basis = "craig-bampton";
   std::vector<std::string> interface_sets;  // sidesets / nodesets; key `interface`
@@ -32,7 +41,7 @@ struct ReductionOptions {
   std::string pick = "frequency";  // frequency | participation
   // With basis massless: free (MacNeal) | fixed (modified Craig-Bampton), the interface's part in the modes that are kept.
   std::string massless_modes = "free";
-  Index domains = 1;               // parts that are reduced each by itself and share nodes (METIS)
+  Index domains = 1;  // parts that are reduced each by itself and share nodes (METIS)
   // Of the domains, put together: reduced again to the component's interface, and so to one superelement. At most one of the two.
   std::optional<Index> second_modes;
   std::optional<double> second_cutoff_hz;
@@ -41,7 +50,9 @@ struct ReductionOptions {
   std::vector<std::string> loads;
   bool is_decomposed() const { return domains > 1; }
   bool has_second_reduction() const { return second_modes || second_cutoff_hz; }
+  CharacteristicOptions characteristic;  // with that basis only
   bool is_massless() const { return basis == "massless"; }
+  bool is_characteristic() const { return basis == "characteristic"; }
   std::filesystem::path superelement;  // absolute
   SourceLine source;
 };
@@ -205,10 +216,11 @@ std::vector<BlockProperties> block_properties(const Scene& scene, const Componen
 // component that stand as superelements. Some of them may be on the interface.
 std::vector<std::string> load_sets(const Scene& scene, const Component& component);
 
-// InputError "WHERE: ..." for a basis that is unknown, or that this version does not have yet.
+// InputError "WHERE: ..." for a basis that is unknown.
 void check_basis(const std::string& basis, const std::string& where);
 // InputError "WHERE: ..." for options that basis massless cannot be had with.
 void check_massless(const ReductionOptions& reduction, const std::string& where);
+void check_characteristic(const ReductionOptions& reduction, const std::string& where);  // the same of basis characteristic
 
 // XXH3 (128 bit, hex) of a file's bytes. InputError when it cannot be read.
 std::string file_hash(const std::filesystem::path& file);

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Materials, components, instances: what there is.
+#include <algorithm>
+
 #include "common/error.hpp"
 #include "common/scene_parse.hpp"
 #include "common/scene_words.hpp"
@@ -46,9 +48,22 @@ void parse_second_reduction(const SceneNode& node, ReductionOptions& reduction) 
   }
 }
 
+CharacteristicOptions parse_characteristic(const SceneNode& node) {
+  const SceneMap map = node.map({"modes", "keep", "pressure", "patterns", "shear"});
+  CharacteristicOptions options;
+  options.modes = map.at("modes").index(0);
+  if (const auto* keep = map.find("keep")) options.keep = keep->names();
+  if (const auto* pressure = map.find("pressure")) options.pressure = pressure->names();
+  if (const auto* patterns = map.find("patterns")) options.patterns = patterns->index(1);
+  if (const auto* shear = map.find("shear")) options.shear = shear->boolean();
+  for (const char* key : {"patterns", "shear"})
+    if (const auto* of = map.find(key); of != nullptr && options.pressure.empty()) of->fail("goes with 'pressure'");
+  return options;
+}
+
 ReductionOptions parse_reduction(const SceneNode& node, const std::filesystem::path& folder, const std::string& component) {
-  const SceneMap map = node.map({"basis", "massless_modes", "interface", "modes", "cutoff_hz", "tolerance", "pick", "domains",
-                                 "second_reduction", "recovery", "loads", "superelement"});
+  const SceneMap map = node.map({"basis", "massless_modes", "characteristic", "interface", "modes", "cutoff_hz", "tolerance",
+                                 "pick", "domains", "second_reduction", "recovery", "loads", "superelement"});
   ReductionOptions reduction;
   reduction.source = node.source();
   if (const auto* basis = map.find("basis")) {
@@ -58,6 +73,12 @@ ReductionOptions parse_reduction(const SceneNode& node, const std::filesystem::p
   if (const auto* modes = map.find("massless_modes")) {
     reduction.massless_modes = modes->one_of<std::string>({{"free", "free"}, {"tapered", "tapered"}, {"fixed", "fixed"}});
     if (!reduction.is_massless()) modes->fail("goes with basis: massless");
+  }
+  if (const auto* characteristic = map.find("characteristic")) {
+    if (!reduction.is_characteristic()) characteristic->fail("goes with basis: characteristic");
+    reduction.characteristic = parse_characteristic(*characteristic);
+  } else if (reduction.is_characteristic()) {
+    node.fail("missing key 'characteristic': basis: characteristic needs it, as {modes: 40, pressure: [contact]}");
   }
   reduction.interface_sets = map.at("interface").names();
   const std::string selection = map.exactly_one({"modes", "cutoff_hz", "tolerance"});
@@ -76,6 +97,7 @@ ReductionOptions parse_reduction(const SceneNode& node, const std::filesystem::p
     if (reduction.is_decomposed()) loads->fail("goes with domains: 1: take the sets into the interface");
   }
   check_massless(reduction, node.source().text() + ": " + node.path());
+  check_characteristic(reduction, node.source().text() + ": " + node.path());
   const auto* file = map.find("superelement");
   reduction.superelement = file != nullptr ? resolve_path(*file, folder) : folder / (component + ".cbr.h5");
   return reduction;
@@ -141,11 +163,8 @@ void require_plain_name(const SceneNode& node, const std::string& kind, const st
 }
 
 void check_basis(const std::string& basis, const std::string& where) {
-  if (basis == "craig-bampton" || basis == "massless") return;
-  const std::vector<std::string> allowed = {"craig-bampton", "massless"};
-  if (basis == "characteristic") {
-    throw InputError(where + ": basis '" + basis + "' is not available in this version, use " + join(allowed, " or "));
-  }
+  const std::vector<std::string> allowed = {"craig-bampton", "massless", "characteristic"};
+  if (std::find(allowed.begin(), allowed.end(), basis) != allowed.end()) return;
   throw InputError(where + ": unknown basis '" + basis + "'" + nearest_name(basis, allowed) + " allowed: " + join(allowed));
 }
 
@@ -160,6 +179,15 @@ void check_massless(const ReductionOptions& reduction, const std::string& where)
   if (!reduction.loads.empty()) refuse("loads inside the part", "take their sets into the interface");
   if (reduction.massless_modes != "fixed" && reduction.pick == "participation")
     refuse("pick: participation of free modes", "take massless_modes: fixed, or pick: frequency");
+}
+
+void check_characteristic(const ReductionOptions& reduction, const std::string& where) {
+  if (!reduction.is_characteristic()) return;
+  const auto refuse = [&](const std::string& what, const std::string& cure) {
+    throw InputError(where + ": " + what + " cannot be had with basis: characteristic: " + cure + ", or use basis: craig-bampton");
+  };
+  if (reduction.is_decomposed()) refuse("domains above 1", "reduce the component whole");
+  if (!reduction.loads.empty()) refuse("loads", "take the sets into the interface");
 }
 
 std::filesystem::path resolve_path(const SceneNode& node, const std::filesystem::path& folder) {

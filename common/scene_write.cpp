@@ -76,6 +76,16 @@ class FlowMap {
 
 std::string path(const std::filesystem::path& file) { return word(std::filesystem::absolute(file).lexically_normal().string()); }
 
+void write_characteristic(const CharacteristicOptions& options, std::ostream& out) {
+  FlowMap map;
+  map.add("modes", std::to_string(options.modes));
+  map.add_if(!options.keep.empty(), "keep", words(options.keep));
+  map.add_if(!options.pressure.empty(), "pressure", words(options.pressure));
+  map.add_if(!options.pressure.empty(), "patterns", std::to_string(options.patterns));
+  map.add_if(options.shear && !options.pressure.empty(), "shear", "true");
+  out << "      characteristic: " << map.text() << "\n";
+}
+
 void write_component(const Component& component, std::ostream& out) {
   out << "  " << word(component.name) << ":\n    mesh: " << path(component.mesh) << "\n";
   if (!component.material.empty()) out << "    material: " << word(component.material) << "\n";
@@ -93,6 +103,7 @@ void write_component(const Component& component, std::ostream& out) {
   out << "    reduction:\n";
   out << "      basis: " << word(reduction.basis) << "\n";
   if (reduction.is_massless()) out << "      massless_modes: " << word(reduction.massless_modes) << "\n";
+  if (reduction.is_characteristic()) write_characteristic(reduction.characteristic, out);
   out << "      interface: " << words(reduction.interface_sets) << "\n";
   if (reduction.modes) out << "      modes: " << *reduction.modes << "\n";
   if (reduction.cutoff_hz) out << "      cutoff_hz: " << number_text(*reduction.cutoff_hz) << "\n";

@@ -32,6 +32,12 @@ struct Superelement {
     double omega_closed = 0;  // rad/s, highest frequency with the interface held: limits a step
   } massless;
 
+  // Basis "characteristic" (docs/theory.md, 2): q_k are all coordinates there are, and K_cc, M_cc, M_kc are empty.
+  //   u_c = V q_k,   q_k'' + diag(eigenvalues) q_k = V^T f_c
+  struct Characteristic {
+    Matrix V;  // c x k, rigid motions first, eigenvalue 0
+  } characteristic;
+
   std::vector<Index> dof_node;     // c, index into node_ids
   std::vector<int> dof_component;  // c, 0 1 2 = x y z
 
@@ -87,13 +93,17 @@ struct Superelement {
   Index k() const { return eigenvalues.size(); }
   Index c() const { return static_cast<Index>(dof_node.size()); }
   Index n() const { return k() + c(); }
+  Index n_coordinates() const { return is_characteristic() ? k() : n(); }  // without dofs that follow from others
   bool has_diagonal_form() const { return omega.size() > 0; }
   bool is_massless() const { return basis == "massless"; }
+  bool is_characteristic() const { return basis == "characteristic"; }
+  // K_cc, M_cc and M_kc, and maybe a diagonal form of them.
+  bool has_interface_matrices() const { return !is_massless() && !is_characteristic(); }
 };
 
 // What a caller does not need is not read: a run in diagonal form does not touch K_cc.
 struct SuperelementParts {
-  bool matrices = true;  // K_cc, M_cc, M_kc, or those of `massless`
+  bool matrices = true;  // K_cc, M_cc, M_kc, or those of `massless` or `characteristic`
   bool diagonal = true;
   bool recovery = true;
 };

@@ -29,12 +29,13 @@ class Checker {
     check_dofs();
     check_eigenvalues();
     if (parts.matrices && s_.is_massless()) check_massless();
-    if (parts.matrices && !s_.is_massless()) check_matrices();
+    if (parts.matrices && s_.is_characteristic()) check_characteristic();
+    if (parts.matrices && s_.has_interface_matrices()) check_matrices();
     for (const auto& surface : s_.surfaces) check_surface(surface);
     for (const auto& [name, nodes] : s_.nodesets) check_nodeset(name, nodes);
     check_rigid_body();
-    if (s_.is_massless() && (s_.has_diagonal_form() || s_.V.size() > 0))
-      fail("/diagonal", "is there: basis massless has no such form");
+    if (!s_.has_interface_matrices() && (s_.has_diagonal_form() || s_.V.size() > 0))
+      fail("/diagonal", "is there: basis " + s_.basis + " has no such form");
     if (s_.has_diagonal_form() || s_.V.size() > 0) check_diagonal();
     if (s_.has_diagonal_form() && parts.matrices) probe_diagonal();
     if (s_.recovery.size() > 1) fail("/recovery", "is there " + std::to_string(s_.recovery.size()) + " times, allowed: once");
@@ -147,12 +148,23 @@ class Checker {
     require_square("/massless/F", m.F, s_.c());
     for (Index i = 0; i < s_.c(); ++i)
       if (!(m.F(i, i) > 0)) fail("/massless/F", "not positive on the diagonal at " + std::to_string(i));
-    for (Index i = 1; i < s_.k(); ++i)
-      if (s_.eigenvalues(i) < s_.eigenvalues(i - 1)) fail("/matrices/eigenvalues", "not ascending at " + std::to_string(i));
+    require_ascending();
     const double highest = std::sqrt(s_.eigenvalues.maxCoeff());
     if (!std::isfinite(m.omega_closed) || m.omega_closed < highest * (1 - 1e-9) || !(m.omega_closed > 0))
       fail("/massless/omega_closed",
            number_text(m.omega_closed) + " is below the highest frequency of the modes, " + number_text(highest));
+  }
+
+  void check_characteristic() const {
+    if (s_.k() == 0) fail("attribute 'n_modes'", "is 0: basis characteristic has at least the rigid motions");
+    require_shape("/characteristic/V", s_.characteristic.V, s_.c(), s_.k());
+    require_finite("/characteristic/V", s_.characteristic.V);
+    require_ascending();
+  }
+
+  void require_ascending() const {
+    for (Index i = 1; i < s_.k(); ++i)
+      if (s_.eigenvalues(i) < s_.eigenvalues(i - 1)) fail("/matrices/eigenvalues", "not ascending at " + std::to_string(i));
   }
 
   // The name becomes a group's name in the file and the second half of INSTANCE.SURFACE in a scene.

@@ -16,8 +16,15 @@ namespace cbr {
 namespace {
 
 constexpr const char* plain_version = "1.0";
-constexpr const char* massless_version = "1.1";  // a reader of 1.0 does not find its matrices there
+constexpr const char* massless_version = "1.1";        // a reader of 1.0 does not find its matrices there
+constexpr const char* characteristic_version = "1.3";  // the same
 constexpr int format_major = 1;
+
+const char* version_of(const Superelement& s) {
+  if (s.is_characteristic()) return characteristic_version;
+  if (has_extras(s)) return extras_version;
+  return s.is_massless() ? massless_version : plain_version;
+}
 
 // The object that carries the attributes.
 std::string root(const std::string& prefix) { return prefix.empty() ? "/" : prefix; }
@@ -215,6 +222,8 @@ Superelement read_superelement_at(const Hdf5Reader& file, const std::string& pre
     s.massless.V = file.read_matrix(prefix + "/massless/V");
     s.massless.F = file.read_matrix(prefix + "/massless/F");
     s.massless.omega_closed = file.read_scalar(prefix + "/massless/omega_closed");
+  } else if (parts.matrices && s.is_characteristic()) {
+    s.characteristic.V = file.read_matrix(prefix + "/characteristic/V");
   } else if (parts.matrices) {
     s.K_cc = file.read_matrix(prefix + "/matrices/K_cc");
     s.M_cc = file.read_matrix(prefix + "/matrices/M_cc");
@@ -233,8 +242,7 @@ Superelement read_superelement_at(const Hdf5Reader& file, const std::string& pre
 }
 
 void write_superelement_at(Hdf5Writer& file, const std::string& prefix, const Superelement& s) {
-  const char* version = s.is_massless() ? massless_version : plain_version;
-  write_format(file, prefix, superelement_format, has_extras(s) ? extras_version : version);
+  write_format(file, prefix, superelement_format, version_of(s));
   file.attribute(root(prefix), "content_hash", s.content_hash);
   file.attribute(root(prefix), "basis", s.basis);
   file.attribute(root(prefix), "n_modes", s.k());
@@ -244,6 +252,8 @@ void write_superelement_at(Hdf5Writer& file, const std::string& prefix, const Su
     file.write(prefix + "/massless/V", s.massless.V);
     file.write(prefix + "/massless/F", s.massless.F);
     file.write(prefix + "/massless/omega_closed", s.massless.omega_closed);
+  } else if (s.is_characteristic()) {
+    file.write(prefix + "/characteristic/V", s.characteristic.V);
   } else {
     file.write(prefix + "/matrices/K_cc", s.K_cc);
     file.write(prefix + "/matrices/M_cc", s.M_cc);

@@ -45,7 +45,8 @@ class GroupChecker {
     if (s.basis != group_.domains.front().basis) {
       fail(domain_path(d), "attribute 'basis' is '" + s.basis + "', '" + group_.domains.front().basis + "' in " + domain_path(0));
     }
-    if (s.is_massless()) fail(domain_path(d), "attribute 'basis' is 'massless', which cannot be that of a domain");
+    if (!s.has_interface_matrices())
+      fail(domain_path(d), "attribute 'basis' is '" + s.basis + "', which cannot be that of a domain");
     // A dof that some domain does not have would be one without mass in the whole, or a hinge.
     if (s.c() != 3 * static_cast<Index>(s.node_ids.size())) {
       fail(domain_path(d) + "/dofs/node", std::to_string(s.c()) + " dofs for " + std::to_string(s.node_ids.size()) +

@@ -37,6 +37,11 @@ void refuse_mesh_options(const ReduceCommand& c) {
                                                            {!c.mass.empty(), "--mass"},
                                                            {!c.basis.empty(), "--basis"},
                                                            {!c.massless_modes.empty(), "--massless-modes"},
+                                                           {c.characteristic_modes.has_value(), "--characteristic-modes"},
+                                                           {!c.keep.empty(), "--keep"},
+                                                           {!c.pressure.empty(), "--pressure"},
+                                                           {c.patterns.has_value(), "--patterns"},
+                                                           {c.shear, "--shear"},
                                                            {c.domains.has_value(), "--domains"},
                                                            {c.recovery, "--recovery"},
                                                            {!c.output.empty(), "--output"}};
@@ -44,12 +49,6 @@ void refuse_mesh_options(const ReduceCommand& c) {
     if (is_given) {
       throw InputError(c.input + ": " + option + " goes with a mesh (.msh, .exo, .e, .g); in a scene it stands under components");
     }
-  }
-}
-
-void refuse_what_is_not_there_yet(const ReductionOptions& reduction) {
-  if (reduction.basis != "craig-bampton" && !reduction.is_massless()) {
-    throw InputError("basis '" + reduction.basis + "' is not available yet: use craig-bampton or massless");
   }
 }
 
@@ -91,10 +90,10 @@ Index diagonal_limit(const ReduceCommand& command, const ReductionOptions& reduc
   return command.diagonal_limit.value_or(group ? group_diagonal_limit : ReduceSettings{}.diagonal_limit);
 }
 
-// Of one that a reduction to one superelement takes in; others, and basis massless, know loads on their interface only.
+// Of one that a reduction to one superelement takes in; others, and other bases, know loads on their interface only.
 std::vector<std::string> loads_taken_in(const Scene& scene, const Component& component) {
   const ReductionOptions& reduction = *component.reduction;
-  return reduction.is_decomposed() || reduction.is_massless() ? std::vector<std::string>() : load_sets(scene, component);
+  return reduction.is_decomposed() || reduction.basis != "craig-bampton" ? std::vector<std::string>() : load_sets(scene, component);
 }
 
 // Each set is on the interface or has its load inside, and no others have.
@@ -116,10 +115,19 @@ bool is_up_to_date(const ReductionOptions& reduction, const std::string& hash, c
     const SuperelementParts light = {false, true, false};
     const Superelement s =
         group ? join(read_superelement_group(reduction.superelement, light)) : read_superelement(reduction.superelement, light);
-    return s.has_diagonal_form() == (s.n() <= diagonal_limit && !s.is_massless()) && (group || has_loads(s, loads));
+    return s.has_diagonal_form() == (s.n() <= diagonal_limit && s.has_interface_matrices()) && (group || has_loads(s, loads));
   } catch (const InputError&) {
     return false;  // damaged: it is made anew
   }
+}
+
+void add_provenance(const CharacteristicOptions& options, std::map<std::string, std::string>& p) {
+  p["characteristic.modes"] = std::to_string(options.modes);
+  if (!options.keep.empty()) p["characteristic.keep"] = join(options.keep);
+  if (options.pressure.empty()) return;
+  p["characteristic.pressure"] = join(options.pressure);
+  p["characteristic.patterns"] = std::to_string(options.patterns);
+  p["characteristic.shear"] = options.shear ? "true" : "false";
 }
 
 std::map<std::string, std::string> provenance(const Component& component, const std::vector<BlockProperties>& properties,
@@ -140,6 +148,7 @@ std::map<std::string, std::string> provenance(const Component& component, const 
     p[key + "element"] = type == ElementType::hex8 ? word_of(hex8_words, properties[b].hex8) : std::string(name(type));
   }
   if (reduction.is_massless()) p["massless_modes"] = reduction.massless_modes;
+  if (reduction.is_characteristic()) add_provenance(reduction.characteristic, p);
   p["interface"] = join(reduction.interface_sets);
   if (reduction.modes) p["modes"] = std::to_string(*reduction.modes);
   if (reduction.cutoff_hz) p["cutoff_hz"] = number_text(*reduction.cutoff_hz);
@@ -158,7 +167,6 @@ class Reducer {
 
   void reduce_component(const Scene& scene, const Component& component) {
     const ReductionOptions& reduction = *component.reduction;
-    refuse_what_is_not_there_yet(reduction);
     refuse_to_overwrite(scene, command_.input, reduction.superelement);
     settings_.memory = command_.memory;
     settings_.diagonal_limit = diagonal_limit(command_, reduction);
@@ -291,8 +299,7 @@ bool for_each_component(const Scene& scene, const std::string& mesh_input, const
 
 void estimate_component(const ReduceCommand& command, const Scene& scene, const Component& component, std::ostream& out) {
   const ReductionOptions& reduction = *component.reduction;
-  refuse_what_is_not_there_yet(reduction);
-  if (reduction.is_massless()) throw InputError("--estimate knows basis craig-bampton only");
+  if (reduction.basis != "craig-bampton") throw InputError("--estimate knows basis craig-bampton only");
   const Mesh mesh = read_mesh(component.mesh);
   const std::vector<Index> domain = decompose(mesh, reduction.domains).domain;
   const Estimate e =

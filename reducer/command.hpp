@@ -24,6 +24,9 @@ struct ReduceCommand {
   std::optional<double> cutoff_hz, tolerance, youngs_modulus, poissons_ratio, density;
   std::string pick, element, mass, basis, massless_modes, output;
   bool recovery = false;
+  std::optional<Index> characteristic_modes, patterns;
+  std::vector<std::string> keep, pressure;
+  bool shear = false;
   // With both.
   bool force = false;
   bool estimate = false;  // print what the reductions would cost, and reduce nothing

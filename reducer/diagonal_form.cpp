@@ -108,9 +108,14 @@ Matrix rigid_motions_of_parts(const Superelement& s, const std::vector<Index>& p
 }
 
 Index add_diagonal_form(Superelement& s, const std::vector<Index>& part) {
-  const Index n = s.n();
   Matrix R = rigid_motions_of_parts(s, part);
   const Index n_rigid = R.cols();
+  add_diagonal_form(s, std::move(R));
+  return n_rigid;
+}
+
+void add_diagonal_form(Superelement& s, Matrix R) {
+  const Index n = s.n(), n_rigid = R.cols();
   if (n_rigid > 0) orthonormalise(s, R);
   Eigenpairs pairs = reduced_eigenpairs(s, R);
   if (!pairs.converged) {
@@ -129,7 +134,6 @@ Index add_diagonal_form(Superelement& s, const std::vector<Index>& part) {
   s.omega = Vector::Zero(n);
   for (Index j = n_rigid; j < n; ++j) s.omega(j) = pairs.lambda(j) > noise ? std::sqrt(pairs.lambda(j)) : 0.0;
   s.V = std::move(pairs.Phi);
-  return n_rigid;
 }
 
 }  // namespace cbr

@@ -13,6 +13,8 @@ namespace cbr {
 // so that a free body keeps its momentum to round-off; the elastic columns are re-orthogonalised against them. Signs fixed.
 // Returns the number of rigid motions. RunError when M^ is not positive definite.
 Index add_diagonal_form(Superelement& superelement, const std::vector<Index>& part);
+// The same with rigid motions R (n x r, independent columns) as they are.
+void add_diagonal_form(Superelement& superelement, Matrix R);
 
 // Rigid motions of each part in reduced coordinates, n x 6 parts (fewer when a part's nodes are on one line).
 Matrix rigid_motions_of_parts(const Superelement& superelement, const std::vector<Index>& part);

@@ -48,6 +48,28 @@ std::string parse_bytes(const std::string& text, double& bytes) {
   return valid ? "" : "'" + text + "' is not a size, give one like 500MB or 8GB";
 }
 
+bool gives_characteristic(const ReduceCommand& command) {
+  return command.characteristic_modes || command.patterns || command.shear || !command.keep.empty() || !command.pressure.empty();
+}
+
+CharacteristicOptions characteristic_of(const ReduceCommand& command, const ReductionOptions& reduction) {
+  if (!reduction.is_characteristic())
+    throw InputError("--characteristic-modes, --keep, --pressure, --patterns and --shear go with --basis characteristic");
+  if (!command.characteristic_modes)
+    throw InputError("--characteristic-modes is missing: how many of the interface's own modes are kept?");
+  if (command.pressure.empty() && (command.patterns || command.shear))
+    throw InputError("--patterns and --shear go with --pressure");
+  CharacteristicOptions options;
+  options.modes = *command.characteristic_modes;
+  options.keep = command.keep, options.pressure = command.pressure;
+  options.patterns = command.patterns.value_or(options.patterns);
+  options.shear = command.shear;
+  if (options.modes < 0)
+    throw InputError("--characteristic-modes: " + std::to_string(options.modes) + " found, 0 or more is allowed");
+  if (options.patterns < 1) throw InputError("--patterns: " + std::to_string(options.patterns) + " found, 1 or more is allowed");
+  return options;
+}
+
 }  // namespace
 
 void add_reduce_options(CLI::App& app, ReduceCommand& command) {
@@ -76,12 +98,28 @@ void add_reduce_options(CLI::App& app, ReduceCommand& command) {
   mesh->add_option("--element", command.element, "hex8-incompatible (default), hex8 or hex8-hourglass")->type_name("WORD");
   mesh->add_option("--mass", command.mass, "lumped (default) or consistent")->type_name("WORD");
   mesh->add_option("--basis", command.basis,
-                   "craig-bampton (default), or massless: modes with all the mass and an interface without any")
+                   "craig-bampton (default); massless: modes with all the mass and an interface without any; or characteristic: an "
+                   "interface of few shapes")
       ->type_name("WORD");
   mesh->add_option("--massless-modes", command.massless_modes,
                    "of basis massless: free (default; MacNeal), tapered (free ones that fall off towards the last: for impacts) or "
                    "fixed (modified Craig-Bampton)")
       ->type_name("WORD");
+  mesh->add_option("--characteristic-modes", command.characteristic_modes,
+                   "of basis characteristic: the interface's own modes that stand for its dofs, 0 or more")
+      ->type_name("N");
+  mesh->add_option("--keep", command.keep,
+                   "of basis characteristic: set whose nodes keep their dofs, so that only the rest is reduced; may be given more "
+                   "than once")
+      ->allow_extra_args(false)
+      ->type_name("NAME");
+  mesh->add_option("--pressure", command.pressure,
+                   "of basis characteristic: sideset that will touch, which gets static responses to patterns of pressure; may be "
+                   "given more than once")
+      ->allow_extra_args(false)
+      ->type_name("NAME");
+  mesh->add_option("--patterns", command.patterns, "number of patterns on each of these (default 20)")->type_name("N");
+  mesh->add_flag("--shear", command.shear, "patterns of traction in all directions, as friction needs, not only of pressure");
   mesh->add_option("--domains", command.domains, "parts that are reduced each by itself and share nodes (default 1)")
       ->type_name("N");
   mesh->add_flag("--recovery", command.recovery, "store what brings back the interior: Psi, Phi and the connectivity");
@@ -153,7 +191,10 @@ Scene scene_of_mesh(const ReduceCommand& command) {
   reduction.domains = command.domains.value_or(1);
   if (reduction.domains < 1) throw InputError("--domains: " + std::to_string(reduction.domains) + " found, 1 or more is allowed");
   reduction.recovery = command.recovery;
+  if (reduction.is_characteristic() || gives_characteristic(command))
+    reduction.characteristic = characteristic_of(command, reduction);
   check_massless(reduction, "command line");
+  check_characteristic(reduction, "command line");
   reduction.superelement = absolute(command.output.empty() ? component.name + ".cbr.h5" : command.output);
   component.reduction = reduction;
   Instance instance;

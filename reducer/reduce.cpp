@@ -238,6 +238,12 @@ void add_diagonal(Reduction& r, Superelement& s) {
   if (loose >= 0) r.figures.condition.loose_node = node_of_interface_dof(r, loose);
 }
 
+void make_shapes(Reduction& r, Superelement& s) {
+  const auto phase = r.report.phase("characteristic modes");
+  r.figures.condition.mass = reduced_mass_condition(s);
+  r.figures.characteristic = make_characteristic(r.options.characteristic, parts_of_interface(r), s);
+}
+
 // Modes that are known before the condensation.
 FixedInterfaceModes first_modes(Reduction& r, const SparseCholesky& factor) {
   if (!has_free_modes(r.options) && !r.options.tolerance) return modes_to_compute(r, factor);
@@ -314,9 +320,12 @@ void condense_and_keep(Reduction& r, Superelement& s) {
   take_matrices(r, modes, condensed, s);
   r.figures.condition.reduced_rigid = rigid_residual(s.K_cc, reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c())).value;
   require_free(r.figures.condition);
-  add_diagonal(r, s);
-  add_accuracy(r, factor, motions, s);
+  if (!r.options.is_characteristic()) {
+    add_diagonal(r, s);
+    add_accuracy(r, factor, motions, s);
+  }
   if (r.options.recovery) add_recovery(r, std::move(condensed.Psi), std::move(modes.Phi), s);
+  if (r.options.is_characteristic()) make_shapes(r, s);
 }
 
 // Of the full K, as it was assembled.

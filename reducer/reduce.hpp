@@ -9,6 +9,7 @@
 #include "common/report.hpp"
 #include "common/scene.hpp"
 #include "common/superelement.hpp"
+#include "reducer/characteristic.hpp"
 #include "reducer/condensation.hpp"
 #include "reducer/condition.hpp"
 #include "reducer/massless.hpp"
@@ -34,7 +35,8 @@ struct ReductionFigures {
   CondensationWay way = CondensationWay::product;
   Index panel = 0;
   ReductionCondition condition;
-  MasslessFigures massless;  // of basis massless
+  MasslessFigures massless;              // of basis massless
+  CharacteristicFigures characteristic;  // of basis characteristic
 };
 
 // Fills all of the superelement but content_hash and provenance. `options`: modes or cutoff_hz, pick, interface_sets, recovery.

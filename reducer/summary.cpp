@@ -2,6 +2,7 @@
 #include "reducer/summary.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <numbers>
 #include <string>
@@ -21,8 +22,12 @@ std::string format(const char* pattern, Values... values) {
   return text;
 }
 
+Index fixed_modes(const Superelement& s, const ReductionFigures& figures) {
+  return s.is_characteristic() ? figures.characteristic.n_fixed : s.k() - s.n_residual;
+}
+
 std::string modes_text(const Superelement& s, const ReductionFigures& figures) {
-  const Index own = s.k() - s.n_residual;
+  const Index own = fixed_modes(s, figures);
   if (own == 0) return "none kept: static condensation";
   std::string text = std::to_string(own) + " kept";
   if (figures.n_candidates > own) text += " of the lowest " + std::to_string(figures.n_candidates);
@@ -50,8 +55,7 @@ std::string sets_text(const Superelement& s) {
   return text.empty() ? "none" : text;
 }
 
-void say_residual_mass(const Superelement& s, Report& report) {
-  const Vector3 rho = residual_mass_share(s);
+void say_residual_mass(const Vector3& rho, Report& report) {
   report.line(format("  rho_res      x %.4f  y %.4f  z %.4f: a flat impact in that direction loses this share of its energy",
                      rho(0), rho(1), rho(2)));
   if (rho.maxCoeff() > large_residual_mass) {
@@ -71,6 +75,22 @@ void say_massless(const Superelement& s, const MasslessFigures& m, Report& repor
                      s.massless.omega_closed / (2 * std::numbers::pi), 2 / s.massless.omega_closed));
   if (m.lost_mass > 0)
     report.line(format("  mass         %.4f of a rigid motion's was not in the fixed modes and was given to them", m.lost_mass));
+}
+
+void say_characteristic(const Superelement& s, const CharacteristicFigures& c, Report& report) {
+  const auto count = [](Index n) { return static_cast<long long>(n); };
+  std::string text = format("  interface    %lld of its own modes", count(c.n_modes));
+  if (c.n_modes > 0) text += format(" up to %.6g Hz", c.highest / (2 * std::numbers::pi));
+  text += c.n_kept > 0 ? format(", %lld dofs kept", count(c.n_kept)) : format(", %lld rigid motions", count(c.n_rigid));
+  if (c.n_patterns + c.n_dropped > 0) text += format(", %lld responses to patterns of pressure", count(c.n_patterns));
+  if (c.n_dropped > 0) text += format(" (%lld more are in the span of the others)", count(c.n_dropped));
+  report.line(text);
+  report.line(format("  step         highest frequency %.6g Hz: critical step %.4g",
+                     std::sqrt(s.eigenvalues.maxCoeff()) / (2 * std::numbers::pi), 2 / std::sqrt(s.eigenvalues.maxCoeff())));
+  if (c.n_patterns == 0) return;
+  report.line(
+      format("  compliance   %.4f of that of single nodes under pressure is not in the basis, nothing of that under a uniform one",
+             c.left));
 }
 
 void say_rigid_body(const RigidBody& b, Report& report) {
@@ -121,13 +141,14 @@ void summarise(const Superelement& s, const ReductionFigures& figures, const std
   report.count("modes", static_cast<double>(s.k()));
   report.line(format("  dofs         %lld in full, %lld on the interface (%zu nodes), %lld modes, %lld reduced",
                      static_cast<long long>(figures.n_dofs), static_cast<long long>(s.c()), s.node_ids.size(),
-                     static_cast<long long>(s.k()), static_cast<long long>(s.n())));
+                     static_cast<long long>(fixed_modes(s, figures)), static_cast<long long>(s.n_coordinates())));
   report.line("  modes        " + modes_text(s, figures));
   say_loads(s, report);
+  if (s.is_characteristic()) say_characteristic(s, figures.characteristic, report);
   if (s.is_massless()) {
     say_massless(s, figures.massless, report);
   } else {
-    say_residual_mass(s, report);
+    say_residual_mass(s.is_characteristic() ? figures.characteristic.rho : residual_mass_share(s), report);
     say_accuracy(s, report);
   }
   say_rigid_body(s.rigid_body, report);

@@ -5,6 +5,7 @@
 
 #include "common/error.hpp"
 #include "common/linalg/eigenpairs.hpp"
+#include "dynamics/bodies/characteristic_form.hpp"
 
 namespace cbr {
 namespace {
@@ -32,29 +33,9 @@ std::shared_ptr<const Matrix> MasslessForm::response(const IndexTable& rows, con
 
 std::shared_ptr<const MasslessForm> free_massless_form(const Superelement& s, const std::string& where) {
   auto form = std::make_shared<MasslessForm>();
-  DiagonalForm& modal = form->modal;
-  modal.omega = s.eigenvalues.cwiseSqrt();
-  const Index r = modal.n_rigid = (modal.omega.array() == 0).count();
-  // V = [I; V_c]   ((k + c) x k)
-  modal.V.setZero(s.n(), s.k());
-  modal.V.topRows(s.k()).setIdentity();
-  modal.V.bottomRows(s.c()) = s.massless.V;
+  form->modal = form_of_modes(s, s.massless.V, "/massless/V", where);
   form->F = s.massless.F;
   form->omega_closed = s.massless.omega_closed;
-  // R_c = V_r E_r: impulses change the momentum by their sum
-  const Matrix R = reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c());
-  const Matrix V_r = s.massless.V.leftCols(r);
-  modal.E = Matrix::Zero(s.k(), 6);
-  if (r > 0) modal.E.topRows(r) = Eigen::ColPivHouseholderQR<Matrix>(V_r).solve(R);
-  Matrix mass = Matrix::Zero(6, 6);
-  mass.topLeftCorner(3, 3).diagonal().setConstant(s.rigid_body.mass);
-  mass.bottomRightCorner(3, 3) = s.rigid_body.inertia;
-  const Matrix found = modal.E.transpose() * modal.E;
-  const auto differ = [&](auto block) { return (block(found) - block(mass)).norm() > 1e-6 * block(mass).norm(); };
-  if ((s.massless.V * modal.E - R).norm() > 1e-8 * R.norm() ||
-      differ([](const Matrix& A) { return Matrix(A.topLeftCorner(3, 3)); }) ||
-      differ([](const Matrix& A) { return Matrix(A.bottomRightCorner(3, 3)); }))
-    throw InputError(where + ": the rigid modes in /massless/V do not agree with /rigid_body");
   return form;
 }
 

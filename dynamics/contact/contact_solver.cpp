@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Newton first: with factors where there are few rows, with Krylov methods where there are many. What it does not solve goes to
-// other methods, each bounded: without friction projected gradients, which cannot cycle; with it sweeps, and friction that grows
-// from a tenth to the whole; and Newton again from there.
+// other methods, each bounded: without friction an active set that ends whatever W is, or projected gradients; with it sweeps, and
+// friction that grows from a tenth to the whole; and Newton again from there.
 #include "dynamics/contact/contact_solver.hpp"
 
 #include <algorithm>
@@ -9,6 +9,7 @@
 #include <optional>
 #include <utility>
 
+#include "dynamics/contact/basic_impulses.hpp"
 #include "dynamics/contact/block_gauss_seidel.hpp"
 #include "dynamics/contact/contact_newton.hpp"
 #include "dynamics/contact/keep_state.hpp"
@@ -19,6 +20,9 @@ namespace {
 
 // Shares of the largest |g|: what is aimed at, and what is good enough not to call for another method.
 constexpr double aim = 1e-12, enough = 1e-10;
+// Of the active set that takes one point at a time, and up to how many of them.
+constexpr double basic_aim = 1e-11;
+constexpr Index basic_rows = 1500;
 // Rows from which Krylov methods are faster than factors: docs/decisions/contact-solver.md.
 constexpr Index krylov_rows = 128;
 // Where a factor is still tried when Krylov methods fail, by rows (dense) or entries of W (sparse): seconds, not minutes, in all.
@@ -96,6 +100,7 @@ class Methods {
   void keep_state(StateArchive& archive) {
     archive(problem_.W, problem_.laws);
     if (archive.restores()) problem_ = contact_problem(std::move(problem_.W), std::move(problem_.laws));
+    archive(basic_first_);
     newton_.keep_state(archive, problem_);
   }
 
@@ -130,9 +135,20 @@ class Methods {
     best.offer(problem_, scale, std::move(p), std::move(gap), residual);
   }
 
+  bool basic_first() const { return basic_first_; }
+  // Of a dense W.
+  void basic(const Vector& g, double scale, Best& best) {
+    BasicImpulses basic = basic_impulses(problem_, g, basic_aim * scale);
+    basic_first_ = basic.found && basic.singular;
+    best.iterations += basic.steps;
+    const double residual = law_violations(problem_, basic.p, basic.gap).lpNorm<Eigen::Infinity>();
+    best.offer(problem_, scale, std::move(basic.p), std::move(basic.gap), residual);
+  }
+
  private:
   ContactProblem problem_;
   ContactNewton newton_;
+  bool basic_first_ = false;  // it has solved what Newton's method did not
   std::optional<BlockGaussSeidel> sweeps_;
   double norm_ = 0;  // of W scaled to a unit diagonal, once known
 };
@@ -163,6 +179,11 @@ void attempt(Methods& methods, const Vector& g, const Vector& guess, double scal
 
 // Without friction the impulses minimise an energy: descend, then let Newton take the set that was found to round-off.
 void descend(Methods& methods, const Vector& g, double scale, Best& best) {
+  const ContactProblem& problem = methods.problem();
+  const bool all_free = std::all_of(problem.laws.begin(), problem.laws.end(),
+                                    [](const PointLaw& law) { return law.law == ContactLaw::frictionless; });
+  if (all_free && !problem.W.is_sparse && problem.n_rows() <= basic_rows) methods.basic(g, scale, best);
+  if (best.done()) return;
   methods.gradients(g, Vector::Zero(g.size()), scale, best);
   if (best.done() || !can_factor(methods.problem())) return;
   const Best start = best;
@@ -271,7 +292,8 @@ ContactSolution ContactSolver::solve(const Vector& g, const Vector& guess) {
   if (!g.allFinite()) return {none, g, std::numeric_limits<double>::infinity()};  // the bodies' motion is: the loop will say so
   if (!(scale > 0) || law_violations(methods.problem(), none, g).isZero(0)) return {none, g};
   Best best;
-  attempt(methods, g, guess, scale, best);
+  if (methods.basic_first()) methods.basic(g, scale, best);
+  if (!best.done()) attempt(methods, g, guess, scale, best);
   ContactSolution solution;
   if (!best.done()) {
     solution.fallback = true;

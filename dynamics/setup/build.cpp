@@ -33,7 +33,7 @@ const Superelement::InteriorLoad* load_inside(const BuiltScene::OfInstance& of, 
 void require_load_inside(const Scene& scene, const Instance& instance, const Geometry& geometry, const Load& load) {
   if (!geometry.reduced || geometry.surfaces.count(load.surface) > 0) return;
   const ReductionOptions& reduction = *component_of(scene, instance).reduction;
-  if (reduction.is_decomposed() || reduction.is_massless()) return;
+  if (reduction.is_decomposed() || reduction.basis != "craig-bampton") return;
   std::vector<std::string> kept;
   for (const auto& [name, surface] : geometry.surfaces) kept.push_back(name);
   throw InputError(load.source.text() + ": the superelement of instance '" + load.instance + "' has no surface '" + load.surface +

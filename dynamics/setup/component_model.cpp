@@ -5,6 +5,7 @@
 
 #include "common/connected_parts.hpp"
 #include "common/error.hpp"
+#include "dynamics/bodies/characteristic_form.hpp"
 #include "dynamics/setup/half_modes.hpp"
 #include "dynamics/setup/skin_shells.hpp"
 
@@ -121,13 +122,14 @@ ReducedComponent of_one(const SceneIndex& index, const Component& component, con
   std::vector<Index> node;
   for (Index i = 0; i < superelement->coordinates.rows(); ++i) node.push_back(i);
   add_part(superelement, std::move(node), reduced);
-  reduced.n_dofs = superelement->n();
-  const bool massless = superelement->is_massless(), stored = !options.half_modes && stores_diagonal_form(file);
-  *superelement = read_superelement(file, massless ? SuperelementParts{true, false, false}
-                                                   : parts_to_read(index.scene(), needs_of(index, component, reduced, stored)));
+  reduced.n_dofs = superelement->n_coordinates();
+  const bool stored = !options.half_modes && stores_diagonal_form(file);
+  SuperelementParts parts{true, false, superelement->is_characteristic() && !index.scene().output.fields.empty()};
+  if (superelement->has_interface_matrices()) parts = parts_to_read(index.scene(), needs_of(index, component, reduced, stored));
+  *superelement = read_superelement(file, parts);
   if (options.half_modes) {
     keep_half(*superelement, half_by(*component.reduction));
-    reduced.n_modal = superelement->k(), reduced.n_dofs = superelement->n();
+    reduced.n_modal = superelement->k(), reduced.n_dofs = superelement->n_coordinates();
   }
   reduced.superelement = superelement;
   return reduced;
@@ -170,11 +172,17 @@ bool moves_freely_in_diagonal_form(const SceneIndex& index, const Component& com
   });
 }
 
-void refuse_shells_on_massless(const Scene& scene, const Instance& instance, const Geometry& geometry) {
+// Shells are put beside K_cc and M_cc.
+void refuse_shells(const Scene& scene, const Instance& instance, const std::string& basis, const Geometry& geometry) {
   if (!has_shells(scene, instance, geometry)) return;
-  throw InputError(scene.skin->source.text() + ": skin: instance '" + instance.name +
-                   "' (basis: massless) cannot carry shells that act: leave it out of skin.surfaces, or reduce it with basis: "
+  throw InputError(scene.skin->source.text() + ": skin: instance '" + instance.name + "' (basis: " + basis +
+                   ") cannot carry shells that act: leave it out of skin.surfaces, or reduce it with basis: "
                    "craig-bampton");
+}
+
+// The form is all that there is.
+bool has_only_modes(const ReducedComponent& component) {
+  return component.superelement && component.superelement->is_characteristic();
 }
 
 }  // namespace
@@ -185,6 +193,7 @@ bool has_shells(const Scene& scene, const Instance& instance, const Geometry& ge
 
 bool scales_from_matrices(const SceneIndex& index, const Instance& instance, const ReducedComponent& component,
                           bool has_diagonal_form) {
+  if (has_only_modes(component)) return false;
   const bool stored = has_diagonal_form && !index.is_held(instance);
   return index.scene().time->mass_scaling && index.may_touch(instance) && !stored &&
          component.n_dofs > small_enough_to_diagonalise && !has_shells(index.scene(), instance, *component.geometry);
@@ -192,7 +201,7 @@ bool scales_from_matrices(const SceneIndex& index, const Instance& instance, con
 
 Coordinates coordinates_of_reduced(const SceneIndex& index, const Instance& instance, const ReducedComponent& component,
                                    bool has_diagonal_form) {
-  if (index.scene().time->integrator == Integrator::exact) return Coordinates::modal;
+  if (index.scene().time->integrator == Integrator::exact || has_only_modes(component)) return Coordinates::modal;
   if (has_shells(index.scene(), instance, *component.geometry)) return Coordinates::coupled;
   const auto& limit = component.options.diagonal_limit;
   const bool stored = has_diagonal_form && !index.is_held(instance) && !limit;
@@ -218,11 +227,16 @@ ReducedComponent read_reduced(const SceneIndex& index, const Component& componen
     reduced = is_superelement_group(component.reduction->superelement) ? of_group(index, component, options)
                                                                        : of_one(index, component, options);
   }
-  if (reduced.superelement && reduced.superelement->is_massless()) {
+  const std::string file = component.reduction->superelement.string();
+  if (reduced.superelement && !reduced.superelement->has_interface_matrices()) {
     const auto phase = report.phase("setup");
     for (const Instance* instance : instances_of(index.scene(), component, InstanceKind::superelement))
-      refuse_shells_on_massless(index.scene(), *instance, *reduced.geometry);
-    reduced.massless = free_massless_form(*reduced.superelement, component.reduction->superelement.string());
+      refuse_shells(index.scene(), *instance, reduced.superelement->basis, *reduced.geometry);
+    if (reduced.superelement->is_massless()) {
+      reduced.massless = free_massless_form(*reduced.superelement, file);
+    } else {
+      reduced.form = std::make_shared<DiagonalForm>(free_characteristic_form(*reduced.superelement, file));
+    }
   } else if (moves_freely_in_diagonal_form(index, component, reduced)) {
     const auto phase = report.phase("setup");
     reduced.form =

@@ -45,6 +45,10 @@ void keep_half_of_massless(Superelement& s) {
 
 Index keep_half(Superelement& s, HalfBy by) {
   const Index k = s.k();
+  if (s.is_characteristic())
+    throw InputError(
+        "--check-error has no half to leave out of basis: characteristic, whose coordinates are modes and statics together: "
+        "reduce with fewer modes and compare");
   s.omega.resize(0);
   s.V.resize(0, 0);
   if (s.is_massless()) {

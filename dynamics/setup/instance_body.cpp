@@ -5,6 +5,7 @@
 #include <map>
 #include <utility>
 
+#include "dynamics/bodies/characteristic_form.hpp"
 #include "dynamics/bodies/coupled_body.hpp"
 #include "dynamics/bodies/massless_body.hpp"
 #include "dynamics/bodies/scaled_body.hpp"
@@ -93,7 +94,9 @@ std::shared_ptr<const DiagonalForm> BodyMaker::held_form(const Instance& instanc
   auto& forms = held_forms_[component.superelement.get()];
   for (const auto& [known, form] : forms)
     if (known == held) return form;
-  auto form = std::make_shared<const DiagonalForm>(held_diagonal_form(*component.superelement, held, where(instance)));
+  const Superelement& s = *component.superelement;
+  auto form = std::make_shared<const DiagonalForm>(s.is_characteristic() ? held_characteristic_form(s, held, where(instance))
+                                                                         : held_diagonal_form(s, held, where(instance)));
   forms.emplace_back(std::move(held), form);
   return form;
 }

@@ -156,6 +156,51 @@ TEST(SuperelementFile, basisMasslessIsChecked) {
   expect("attribute 'n_modes'", [](Superelement& s) { s.eigenvalues.resize(0), s.massless.V.resize(12, 0); });
 }
 
+Superelement characteristic_sample() {
+  Superelement s = sample_superelement();
+  s.basis = "characteristic";
+  s.characteristic.V = s.M_kc.transpose();
+  s.K_cc.resize(0, 0), s.M_cc.resize(0, 0), s.M_kc.resize(0, 0);
+  s.omega.resize(0), s.V.resize(0, 0);
+  return s;
+}
+
+TEST(SuperelementFile, basisCharacteristicHasTheInterfaceInItsCoordinates) {
+  const TemporaryFolder folder;
+  const Superelement written = characteristic_sample();
+  write_superelement(written, folder / "s.h5");
+  EXPECT_EQ(Hdf5Reader(folder / "s.h5").read_string("/", "format_version"), "1.3");
+  EXPECT_FALSE(Hdf5Reader(folder / "s.h5").has("/matrices/K_cc"));
+  const Superelement read = read_superelement(folder / "s.h5");
+  EXPECT_TRUE(test::identical(read, written));
+  EXPECT_EQ(read.characteristic.V, written.characteristic.V);
+  EXPECT_EQ(read.n_coordinates(), read.k());
+  EXPECT_EQ(read_superelement(folder / "s.h5", {false, false, false}).characteristic.V.size(), 0);
+}
+
+TEST(SuperelementFile, basisCharacteristicIsChecked) {
+  const auto expect = [&](const std::string& field, auto&& damage) {
+    Superelement s = characteristic_sample();
+    damage(s);
+    std::string message;
+    try {
+      check(s, "s.h5");
+    } catch (const InputError& error) {
+      message = error.what();
+    }
+    EXPECT_NE(message.find("s.h5: " + field), std::string::npos) << field << ": " << message;
+  };
+  check(characteristic_sample(), "s.h5");
+  expect("/characteristic/V", [](Superelement& s) { s.characteristic.V.conservativeResize(11, 4); });
+  expect("/characteristic/V", [](Superelement& s) { s.characteristic.V(3, 2) = NAN; });
+  expect("/matrices/eigenvalues", [](Superelement& s) { std::swap(s.eigenvalues(0), s.eigenvalues(3)); });
+  expect("/diagonal", [](Superelement& s) { s.omega = Vector::Ones(16), s.V = RowMatrix::Identity(16, 16); });
+  expect("attribute 'n_modes'", [](Superelement& s) {
+    s.eigenvalues.resize(0), s.characteristic.V.resize(12, 0);
+    for (auto& recovery : s.recovery) recovery.Phi.resize(recovery.Phi.rows(), 0);
+  });
+}
+
 TEST(SuperelementFile, noModesAndNoInterfaceAreRead) {
   const TemporaryFolder folder;
   Superelement s = sample_superelement();

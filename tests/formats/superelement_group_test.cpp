@@ -151,7 +151,7 @@ TEST_F(SuperelementGroupFile, domainsThatDoNotFitEachOther) {
   expect_refused("/domains/3/nodes/coordinates: node id 1 is elsewhere in /domains/1",
                  [](SuperelementGroup& group) { group.domains[2].coordinates(1, 0) += 1e-3; });
   expect_refused("/rigid_body/mass", [](SuperelementGroup& group) { group.rigid_body.mass *= 1.001; });
-  expect_refused("'basis'", [](SuperelementGroup& group) { group.domains[1].basis = "characteristic"; });
+  expect_refused("'basis'", [](SuperelementGroup& group) { group.domains[1].basis = "rubin"; });
   expect_refused("/interface/contact", [](SuperelementGroup& group) {
     Surface& surface = group.domains[1].surfaces[0];
     surface.kind = FaceKind::quad8;

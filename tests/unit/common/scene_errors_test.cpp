@@ -107,7 +107,7 @@ const std::vector<Mistake> mistakes = {
     {"mass: consistent", "mass: heavy", {"allowed: lumped, consistent"}},
     {"basis: craig-bampton",
      "basis: characteristic",
-     {"impact.yaml:14: components.block.reduction.basis: basis 'characteristic' is not available"}},
+     {"components.block.reduction: missing key 'characteristic': basis: characteristic needs it"}},
     {"basis: craig-bampton", "basis: craig", {"unknown basis 'craig'"}},
     {"pick: participation", "pick: random", {"allowed: frequency, participation"}},
     {"recovery: true", "recovery: maybe", {"expected true or false"}},

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/bodies/characteristic_form.hpp"
+
+#include <Eigen/Dense>
+
+#include "common/error.hpp"
+#include "common/linalg/eigenpairs.hpp"
+
+namespace cbr {
+namespace {
+
+constexpr double least_pivot = 1e-9;  // of the held directions' rows: below, one of them is in the span of the others
+
+}  // namespace
+
+DiagonalForm form_of_modes(const Superelement& s, const Matrix& V_c, const std::string& dataset, const std::string& where) {
+  DiagonalForm form;
+  form.omega = s.eigenvalues.cwiseSqrt();
+  const Index r = form.n_rigid = (form.omega.array() == 0).count();
+  form.V.setZero(s.k() + s.c(), s.k());
+  form.V.topRows(s.k()).setIdentity();
+  form.V.bottomRows(s.c()) = V_c;
+  // R_c = V_r E_r: impulses change the momentum by their sum
+  const Matrix R = reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c());
+  const Matrix V_r = V_c.leftCols(r);
+  form.E = Matrix::Zero(s.k(), 6);
+  if (r > 0) form.E.topRows(r) = Eigen::ColPivHouseholderQR<Matrix>(V_r).solve(R);
+  Matrix mass = Matrix::Zero(6, 6);
+  mass.topLeftCorner(3, 3).diagonal().setConstant(s.rigid_body.mass);
+  mass.bottomRightCorner(3, 3) = s.rigid_body.inertia;
+  const Matrix found = form.E.transpose() * form.E;
+  const auto differ = [&](auto block) { return (block(found) - block(mass)).norm() > 1e-6 * block(mass).norm(); };
+  if ((V_c * form.E - R).norm() > 1e-8 * R.norm() || differ([](const Matrix& A) { return Matrix(A.topLeftCorner(3, 3)); }) ||
+      differ([](const Matrix& A) { return Matrix(A.bottomRightCorner(3, 3)); }))
+    throw InputError(where + ": the rigid modes in " + dataset + " do not agree with /rigid_body");
+  return form;
+}
+
+DiagonalForm free_characteristic_form(const Superelement& s, const std::string& where) {
+  return form_of_modes(s, s.characteristic.V, "/characteristic/V", where);
+}
+
+DiagonalForm held_characteristic_form(const Superelement& s, const std::vector<HeldDirection>& held, const std::string& where) {
+  const DiagonalForm free = free_characteristic_form(s, where);
+  const IndexTable rows = displacement_rows(s);
+  const Index k = s.k();
+  // C q = 0, rows of one length   (held x k)
+  Matrix C = Matrix::Zero(static_cast<Index>(held.size()), k);
+  for (Index i = 0; i < C.rows(); ++i) {
+    for (int d = 0; d < 3; ++d)
+      if (const Index row = rows(held[i].node, d); row >= 0) C.row(i) += held[i].direction[d] * free.V.row(row);
+    C.row(i).normalize();
+  }
+  Eigen::ColPivHouseholderQR<Matrix> qr(C.transpose());
+  qr.setThreshold(least_pivot);
+  const Index r = qr.rank(), n = k - r;
+  if (r < C.rows())
+    throw InputError(where + ": basis characteristic has no coordinate for each of the " + std::to_string(C.rows()) +
+                     " displacements that are held, so that more than these would be: name the held nodes under "
+                     "characteristic.keep, or use basis: craig-bampton");
+  // q = Z y, an orthonormal basis of what is free   (k x n)
+  const Matrix Z = (qr.householderQ() * Matrix::Identity(k, k)).rightCols(n);
+  const Matrix K = Z.transpose() * free.omega.cwiseAbs2().asDiagonal() * Z;
+  const Matrix N = free_rigid_motions(reduced_rigid_modes(s, s.rigid_body.center), s.rigid_body, rows, held);
+  Matrix Q = Z.transpose() * (free.E * N);
+  if (Q.cols() > 0) Q = (Eigen::HouseholderQR<Matrix>(Q).householderQ() * Matrix::Identity(n, Q.cols())).eval();
+  const Eigenpairs pairs = dense_eigenpairs_beside(K, Q);
+  if (!pairs.converged) throw RunError(where + ": the modes of the held superelement could not be found");
+  DiagonalForm form;
+  take_frequencies(pairs.lambda, N.cols(), form);
+  const Matrix Y = Z * pairs.Phi;
+  form.V.noalias() = free.V * Y;
+  form.E.noalias() = Y.transpose() * free.E;
+  return form;
+}
+
+}  // namespace cbr

@@ -1,0 +1,301 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "reducer/characteristic.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "common/error.hpp"
+#include "common/linalg/dense_factor.hpp"
+#include "common/linalg/eigenpairs.hpp"
+#include "reducer/diagonal_form.hpp"
+
+namespace cbr {
+namespace {
+
+constexpr double least_part = 1e-5;       // of a response's length, beside what is in the basis: below, it is in it
+constexpr double rigid_tolerance = 1e-8;  // of rigid motions, in the span of the shapes
+
+[[noreturn]] void fail(const std::string& what) { throw InputError("characteristic." + what); }
+
+std::vector<std::string> set_names(const Superelement& s, bool nodesets) {
+  std::vector<std::string> names;
+  for (const Surface& surface : s.surfaces) names.push_back(surface.name);
+  if (nodesets)
+    for (const auto& [name, nodes] : s.nodesets) names.push_back(name);
+  return names;
+}
+
+const Surface& surface_named(const Superelement& s, const std::string& name) {
+  for (const Surface& surface : s.surfaces)
+    if (surface.name == name) return surface;
+  const std::vector<std::string> names = set_names(s, false);
+  fail("pressure: the interface keeps no sideset '" + name + "'" + nearest_name(name, names) + " allowed: " + join(names));
+}
+
+// Dofs of the kept nodes, and the others.
+std::pair<std::vector<Index>, std::vector<Index>> split(const Superelement& s, const std::vector<std::string>& keep) {
+  std::vector<char> is_kept(s.node_ids.size(), 0);
+  for (const std::string& name : keep) {
+    std::vector<Index> nodes;
+    const auto surface = std::find_if(s.surfaces.begin(), s.surfaces.end(), [&](const Surface& of) { return of.name == name; });
+    if (surface != s.surfaces.end()) {
+      nodes = surface_nodes(*surface);
+    } else if (const auto set = s.nodesets.find(name); set != s.nodesets.end()) {
+      nodes = set->second;
+    } else {
+      const std::vector<std::string> names = set_names(s, true);
+      fail("keep: the interface keeps no set '" + name + "'" + nearest_name(name, names) + " allowed: " + join(names));
+    }
+    for (const Index node : nodes) is_kept[static_cast<std::size_t>(node)] = 1;
+  }
+  std::pair<std::vector<Index>, std::vector<Index>> dofs;
+  for (Index i = 0; i < s.c(); ++i)
+    (is_kept[static_cast<std::size_t>(s.dof_node[static_cast<std::size_t>(i)])] != 0 ? dofs.first : dofs.second).push_back(i);
+  return dofs;
+}
+
+// X <- X L^-T with X^T M X = L L^T; twice, as the first pass leaves cond(X) times round-off.
+void orthonormalise(const Matrix& M, Matrix& X) {
+  for (int pass = 0; pass < 2; ++pass) {
+    const Eigen::LLT<Matrix> llt(X.transpose() * (M * X));
+    if (llt.info() != Eigen::Success) throw RunError("the mass of the interface's shapes is not positive definite");
+    llt.matrixU().solveInPlace<Eigen::OnTheRight>(X);
+  }
+}
+
+// B <- (L L^T)^-1 B
+void solve_cholesky(const Matrix& L, Matrix& B) {
+  L.triangularView<Eigen::Lower>().solveInPlace(B);
+  L.transpose().triangularView<Eigen::Upper>().solveInPlace(B);
+}
+
+void require_fewer(Index modes, Index dofs) {
+  if (modes < dofs) return;
+  fail("modes: " + std::to_string(modes) + " asked for, but only " + std::to_string(dofs) +
+       " dofs are to be reduced: take fewer, or basis: craig-bampton, which keeps them all");
+}
+
+// Of all of the interface: rigid motions R and the lowest elastic modes, K_cc X = M_cc X mu   (c x (r + modes))
+Matrix shapes_of_all(const Superelement& s, Index modes, const Matrix& R, CharacteristicFigures& figures) {
+  const Index r = R.cols();
+  figures.n_rigid = r, figures.n_modes = modes;
+  require_fewer(r + modes, s.c());
+  Matrix T(s.c(), r + modes);
+  T.leftCols(r) = R;
+  if (modes == 0) return T;
+  const Eigenpairs pairs = dense_eigenpairs(s.K_cc, s.M_cc, r + modes);
+  if (!pairs.converged)
+    throw RunError("the characteristic constraint modes could not be found: is the mass of the interface definite?");
+  figures.highest = std::sqrt(std::max(pairs.lambda(r + modes - 1), 0.0));
+  Matrix X = pairs.Phi.rightCols(modes);
+  for (int pass = 0; pass < 2; ++pass) X -= R * ((s.M_cc * R).transpose() * X).eval();
+  orthonormalise(s.M_cc, X);
+  T.rightCols(modes) = X;
+  return T;
+}
+
+// Of what is not kept, as Craig-Bampton's interior of the interface: [I 0; -K_bb^-1 K_ba X], K_bb X = M_bb X mu   (c x (a + modes))
+Matrix shapes_beside_kept(const Superelement& s, Index modes, const std::vector<Index>& a, const std::vector<Index>& b,
+                          CharacteristicFigures& figures) {
+  const auto n_a = static_cast<Index>(a.size()), n_b = static_cast<Index>(b.size());
+  figures.n_kept = n_a, figures.n_modes = modes;
+  if (n_b == 0) fail("keep: names all of the interface, so that nothing is left to reduce: use basis: craig-bampton");
+  require_fewer(modes, n_b);
+  Matrix K = s.K_cc(b, b);
+  const Matrix K_bb = K;
+  const double stiffest = K.diagonal().maxCoeff();
+  if (!dense_cholesky(K) || K.diagonal().cwiseAbs2().minCoeff() < 1e-13 * stiffest)
+    fail("keep: the nodes that are kept do not hold the others: keep three or more that are not on one line, of each part");
+  Matrix Psi = -s.K_cc(b, a);
+  solve_cholesky(K, Psi);
+  Matrix T = Matrix::Zero(s.c(), n_a + modes);
+  for (Index i = 0; i < n_a; ++i) T(a[static_cast<std::size_t>(i)], i) = 1;
+  T(b, Eigen::seqN(0, n_a)) = Psi;
+  if (modes == 0) return T;
+  const Eigenpairs pairs = dense_eigenpairs(K_bb, Matrix(s.M_cc(b, b)), modes);
+  if (!pairs.converged)
+    throw RunError("the characteristic constraint modes could not be found: is the mass of the interface definite?");
+  figures.highest = std::sqrt(std::max(pairs.lambda(modes - 1), 0.0));
+  T(b, Eigen::lastN(modes)) = pairs.Phi;
+  return T;
+}
+
+// Static responses of a free interface, loads being balanced by the inertia of its rigid motions R, R^T M_cc R = I.
+class Statics {
+ public:
+  Statics(const Superelement& s, const Matrix& R) : s_(s), R_(R), P_(s.M_cc * R) {
+    // (K_cc + scale N N^T)^-1, N an orthonormal basis of R: a generalised inverse of K_cc
+    N_ = Eigen::HouseholderQR<Matrix>(R).householderQ() * Matrix::Identity(R.rows(), R.cols());
+    scale_ = s.K_cc.diagonal().mean();
+    L_ = s.K_cc;
+    L_.noalias() += scale_ * N_ * N_.transpose();
+    if (!dense_cholesky(L_)) fail("pressure: the interface moves without strain in more ways than as a rigid body: mend the mesh");
+  }
+
+  Matrix in_equilibrium(const Matrix& B) const { return B - P_ * (R_.transpose() * B); }
+
+  Matrix solve(Matrix B) const {
+    solve_cholesky(L_, B);
+    return B;
+  }
+
+  // f^T T (T^T K_cc T)^+ T^T f: what of the compliance the shapes T have, which span the rigid motions
+  Matrix compliance_in(const Matrix& T, const Matrix& f) const {
+    Matrix K = T.transpose() * (s_.K_cc * T);
+    const Matrix NT = N_.transpose() * T;
+    K.noalias() += scale_ * NT.transpose() * NT;
+    const Eigen::LDLT<Matrix> factor(K);
+    const Matrix F = T.transpose() * f;
+    return F.transpose() * factor.solve(F);
+  }
+
+ private:
+  const Superelement& s_;
+  Matrix R_, P_, N_, L_;
+  double scale_ = 1;
+};
+
+// Makes U orthogonal to T and itself, in M's product, and appends what is left of it. T need not be orthonormal.
+Index append(const Matrix& M, const Matrix& U, Matrix& T) {
+  Matrix Q = T;
+  orthonormalise(M, Q);
+  Index kept = 0;
+  for (Index j = 0; j < U.cols(); ++j) {
+    Vector u = U.col(j);
+    const double length = std::sqrt(u.dot(M * u));
+    u /= length;
+    for (int pass = 0; pass < 2; ++pass) u -= Q * (Q.transpose() * (M * u));
+    const double left = std::sqrt(u.dot(M * u));
+    if (!(left > least_part)) continue;
+    u /= left;
+    Q.conservativeResize(Eigen::NoChange, Q.cols() + 1);
+    T.conservativeResize(Eigen::NoChange, T.cols() + 1);
+    Q.rightCols(1) = T.rightCols(1) = u;
+    ++kept;
+  }
+  return kept;
+}
+
+// B^T P^T (F - T (T^T K_cc T)^+ T^T) P B, of the shapes T as they are now; f = P B.
+Matrix compliance_left(const Statics& statics, const Matrix& all, const Matrix& T, const Matrix& f) {
+  const Matrix left = all - statics.compliance_in(T, f);
+  return 0.5 * (left + left.transpose());
+}
+
+// Responses U = F P B phi to the uniform pattern (with shear: along x, y and z), and then to the patterns of which the shapes T
+// lack most: S_left phi = A phi sigma, sigma the largest, A the areas.
+void add_patterns(const Surface& surface, const CharacteristicOptions& options, const Statics& statics, const Superelement& s,
+                  Matrix& T, CharacteristicFigures& figures) {
+  const PressureLoads loads = pressure_loads(s, surface, options.shear);
+  const Index m = loads.B.cols();
+  if (options.patterns > m)
+    fail("patterns: " + std::to_string(options.patterns) + " asked for on '" + surface.name + "', which has only " +
+         std::to_string(m) + (options.shear ? " loads: three a node" : " loads: one a node"));
+  const Matrix f = statics.in_equilibrium(loads.B), Y = statics.solve(f), all = f.transpose() * Y;
+  const Index step = options.shear ? 3 : 1, n_uniform = std::min(step, options.patterns), others = options.patterns - n_uniform;
+  Matrix uniform = Matrix::Zero(m, n_uniform);
+  for (Index axis = 0; axis < n_uniform; ++axis)
+    for (Index i = axis; i < m; i += step) uniform(i, axis) = 1;
+  Index kept = append(s.M_cc, Y * uniform, T);
+  if (others > 0) {
+    const Eigenpairs pairs = dense_eigenpairs(compliance_left(statics, all, T, f), loads.area, m);
+    if (!pairs.converged) throw RunError("the patterns of pressure on '" + surface.name + "' could not be found");
+    kept += append(s.M_cc, Y * pairs.Phi.rightCols(others).rowwise().reverse(), T);
+  }
+  figures.n_patterns += kept, figures.n_dropped += options.patterns - kept;
+  // Each load against its area: trace of A^-1/2 S A^-1/2
+  const auto weighed = [&](const Matrix& S) { return S.diagonal().cwiseQuotient(loads.area).sum(); };
+  figures.left = std::max(figures.left, weighed(compliance_left(statics, all, T, f)) / weighed(all));
+}
+
+// Superelement in the coordinates [k; those of T], which stand in the place of the interface's dofs.
+Superelement in_shapes(const Superelement& s, const Matrix& T) {
+  Superelement t;
+  t.eigenvalues = s.eigenvalues;
+  t.K_cc = T.transpose() * (s.K_cc * T);
+  t.M_cc = T.transpose() * (s.M_cc * T);
+  t.K_cc = 0.5 * (t.K_cc + t.K_cc.transpose()).eval();
+  t.M_cc = 0.5 * (t.M_cc + t.M_cc.transpose()).eval();
+  t.M_kc.resize(s.k(), T.cols());
+  if (s.k() > 0) t.M_kc.noalias() = s.M_kc * T;
+  t.dof_node.assign(static_cast<std::size_t>(T.cols()), 0);
+  return t;
+}
+
+// Coordinates of the rigid motions R_c (c x r) in the shapes: T y = R_c
+Matrix in_span(const Matrix& T, const Matrix& R_c) {
+  const Matrix y = Eigen::ColPivHouseholderQR<Matrix>(T).solve(R_c);
+  if ((T * y - R_c).norm() > rigid_tolerance * R_c.norm()) throw RunError("the interface's shapes do not hold its rigid motions");
+  return y;
+}
+
+}  // namespace
+
+PressureLoads pressure_loads(const Superelement& s, const Surface& surface, bool shear) {
+  const std::vector<Index> nodes = surface_nodes(surface);
+  std::vector<Index> place(s.node_ids.size(), -1);
+  for (std::size_t i = 0; i < nodes.size(); ++i) place[static_cast<std::size_t>(nodes[i])] = static_cast<Index>(i);
+  Points normal = Points::Zero(static_cast<Index>(nodes.size()), 3);
+  Vector area = Vector::Zero(normal.rows());
+  const IndexTable faces = linear_faces(surface).faces;
+  for (Index f = 0; f < faces.rows(); ++f) {
+    const Index corners = faces(f, 3) == faces(f, 2) ? 3 : 4;
+    const auto x = [&](Index i) { return Vector3(s.coordinates.row(faces(f, i))); };
+    const Vector3 a = 0.5 * (x(2) - x(0)).cross(x(3) - x(1));  // of a triangle, x3 = x2, too
+    for (Index i = 0; i < corners; ++i) {
+      const Index node = place[static_cast<std::size_t>(faces(f, i))];
+      normal.row(node) -= a.transpose() / static_cast<double>(corners);
+      area(node) += a.norm() / static_cast<double>(corners);
+    }
+  }
+  PressureLoads loads;
+  const Index per_node = shear ? 3 : 1;
+  loads.B.setZero(s.c(), per_node * normal.rows());
+  loads.area.resize(loads.B.cols());
+  for (Index j = 0; j < loads.area.size(); ++j) loads.area(j) = area(j / per_node);
+  for (Index i = 0; i < s.c(); ++i) {
+    const Index node = place[static_cast<std::size_t>(s.dof_node[static_cast<std::size_t>(i)])];
+    if (node < 0) continue;
+    const int d = s.dof_component[static_cast<std::size_t>(i)];
+    if (shear) {
+      loads.B(i, 3 * node + d) = area(node);
+    } else {
+      loads.B(i, node) = normal(node, d);
+    }
+  }
+  return loads;
+}
+
+CharacteristicFigures make_characteristic(const CharacteristicOptions& options, const std::vector<Index>& part, Superelement& s) {
+  CharacteristicFigures figures;
+  figures.n_fixed = s.k();
+  figures.rho = residual_mass_share(s);
+  Matrix R = rigid_motions_of_parts(s, part).bottomRows(s.c());
+  orthonormalise(s.M_cc, R);
+  const auto [kept, others] = split(s, options.keep);
+  Matrix T =
+      kept.empty() ? shapes_of_all(s, options.modes, R, figures) : shapes_beside_kept(s, options.modes, kept, others, figures);
+  if (!options.pressure.empty()) {
+    const Statics statics(s, R);
+    for (const std::string& name : options.pressure) add_patterns(surface_named(s, name), options, statics, s, T, figures);
+  }
+  Superelement t = in_shapes(s, T);
+  Matrix R_t = Matrix::Zero(t.n(), R.cols());
+  R_t.bottomRows(T.cols()) = in_span(T, R);
+  add_diagonal_form(t, std::move(R_t));
+  const Index k = s.k(), n = t.n();
+  s.eigenvalues = t.omega.cwiseAbs2();
+  s.characteristic.V.noalias() = T * t.V.bottomRows(T.cols());
+  for (auto& recovery : s.recovery) {
+    Matrix Phi = Matrix::Zero(recovery.Phi.rows(), n);
+    if (k > 0 && Phi.rows() > 0) Phi.noalias() = recovery.Phi * t.V.topRows(k);
+    recovery.Phi = std::move(Phi);
+  }
+  s.K_cc.resize(0, 0), s.M_cc.resize(0, 0), s.M_kc.resize(0, 0);
+  return figures;
+}
+
+}  // namespace cbr

@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "reducer/characteristic.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+
+#include "common/error.hpp"
+#include "common/linalg/eigenpairs.hpp"
+#include "reducer/reduce.hpp"
+#include "tests/unit/reducer/box_mesh.hpp"
+
+namespace cbr::test {
+namespace {
+
+const Material soft = {1000, 0.3, 2};
+
+ReductionOptions characteristic(std::vector<std::string> sets, Index fixed, CharacteristicOptions of) {
+  ReductionOptions options;
+  options.basis = "characteristic";
+  options.interface_sets = std::move(sets);
+  options.modes = fixed;
+  options.characteristic = std::move(of);
+  return options;
+}
+
+Superelement reduced(const Mesh& mesh, const ReductionOptions& options, ReductionFigures* figures = nullptr,
+                     MassKind mass = MassKind::lumped) {
+  Report report("test", Verbosity::quiet);
+  Superelement s = reduce(mesh, properties(mesh, soft), mass, options, {}, report, figures);
+  check(s, "test");
+  return s;
+}
+
+Superelement craig_bampton(const Mesh& mesh, const std::vector<std::string>& sets, Index fixed) {
+  ReductionOptions options;
+  options.interface_sets = sets;
+  options.modes = fixed;
+  return reduced(mesh, options);
+}
+
+Mesh skewed(std::array<Index, 3> n = {5, 4, 3}) { return box_mesh({n, {5, 4, 3}, {1, 2, 3}, 0.08}); }
+
+// Elastic compliance of the interface, n x n of its dofs: of the diagonal form's rows, without rigid motions.
+Matrix compliance(const Matrix& V, const Vector& lambda) {
+  const Index r = (lambda.array() == 0).count(), e = lambda.size() - r;
+  return V.rightCols(e) * lambda.tail(e).cwiseInverse().asDiagonal() * V.rightCols(e).transpose();
+}
+Matrix compliance(const Superelement& s) {
+  if (s.is_characteristic()) return compliance(s.characteristic.V, s.eigenvalues);
+  return compliance(s.V.bottomRows(s.c()), s.omega.cwiseAbs2());
+}
+
+const Surface& surface_of(const Superelement& s, const std::string& name) {
+  return *std::find_if(s.surfaces.begin(), s.surfaces.end(), [&](const Surface& of) { return of.name == name; });
+}
+
+double relative(const Matrix& A, const Matrix& B) { return (A - B).norm() / B.norm(); }
+
+TEST(Characteristic, IsARitzSpaceThatGrowsInto_Craig_Bamptons) {
+  const Mesh mesh = skewed();
+  const Superelement whole = craig_bampton(mesh, {"surface"}, 10);
+  const Vector exact = whole.omega.cwiseAbs2();
+  Vector before = Vector::Constant(16, HUGE_VAL);
+  for (const Index modes : {Index{0}, Index{12}, Index{60}, whole.c() - 7}) {
+    const Superelement s = reduced(mesh, characteristic({"surface"}, 10, {modes}));
+    ASSERT_EQ(s.k(), 10 + 6 + modes);
+    EXPECT_EQ((s.eigenvalues.array() == 0).count(), 6);
+    // Never below, and lower with more modes: each eigenvalue by itself
+    for (Index j = 6; j < 16; ++j) {
+      EXPECT_GT(s.eigenvalues(j), exact(j) * (1 - 1e-10)) << modes << " " << j;
+      EXPECT_LT(s.eigenvalues(j), before(j) * (1 + 1e-10)) << modes << " " << j;
+    }
+    before = s.eigenvalues.head(16);
+  }
+  EXPECT_LT((before - exact.head(16)).cwiseAbs().maxCoeff(), 1e-3 * exact(15));
+}
+
+TEST(Characteristic, RigidMotionsCarryAllMassWhateverIsKept) {
+  const Mesh mesh = skewed();
+  for (const CharacteristicOptions& of :
+       {CharacteristicOptions{3}, CharacteristicOptions{3, {"x_max"}}, CharacteristicOptions{0, {}, {"x_max"}, 5, false}}) {
+    for (const MassKind kind : {MassKind::lumped, MassKind::consistent}) {
+      ReductionFigures figures;
+      const Superelement s = reduced(mesh, characteristic({"surface"}, 8, of), &figures, kind);
+      const Matrix R = reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c());
+      const Matrix V_r = s.characteristic.V.leftCols(6), E = V_r.colPivHouseholderQr().solve(R), mass = E.transpose() * E;
+      EXPECT_LT((V_r * E - R).norm(), 1e-11 * R.norm());
+      EXPECT_LT(relative(mass.topLeftCorner(3, 3), s.rigid_body.mass * Matrix3::Identity()), 1e-10);
+      EXPECT_LT(relative(mass.bottomRightCorner(3, 3), s.rigid_body.inertia), 1e-10);
+      EXPECT_GT(figures.characteristic.rho.minCoeff(), 0.01);
+    }
+  }
+}
+
+TEST(Characteristic, StaticsOfKeptNodesAreExact) {
+  const Mesh mesh = skewed();
+  const Matrix exact = compliance(craig_bampton(mesh, {"surface"}, 0));
+  ReductionFigures figures;
+  const Superelement s = reduced(mesh, characteristic({"surface"}, 0, {2, {"x_max", "corner"}}), &figures);
+  std::vector<Index> kept;
+  const auto nodes = surface_nodes(surface_of(s, "x_max"));
+  for (Index i = 0; i < s.c(); ++i)
+    if (std::binary_search(nodes.begin(), nodes.end(), s.dof_node[static_cast<std::size_t>(i)])) kept.push_back(i);
+  EXPECT_EQ(figures.characteristic.n_kept, 3 * (20 + 1));
+  EXPECT_EQ(figures.characteristic.n_rigid, 0);
+  // Forces in equilibrium on the kept dofs, as the inertia that balances others is on all nodes: K_cc C K_cc-like projection
+  const Matrix R = reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c())(kept, Eigen::all);
+  const Matrix Q = Eigen::HouseholderQR<Matrix>(R).householderQ() * Matrix::Identity(R.rows(), 6);
+  const Matrix P = Matrix::Identity(R.rows(), R.rows()) - Q * Q.transpose();
+  const Matrix found = compliance(s)(kept, kept);
+  EXPECT_LT(relative(P * found * P, P * exact(kept, kept) * P), 1e-9);
+}
+
+// All patterns of a surface: the compliance under any pressure on it; fewer: what the figures say is missing.
+TEST(Characteristic, ResponsesToPatternsHaveTheCompliance) {
+  const Mesh mesh = skewed();
+  const Superelement whole = craig_bampton(mesh, {"surface"}, 4);
+  const Matrix exact = compliance(whole);
+  for (const bool shear : {false, true}) {
+    const PressureLoads loads = pressure_loads(whole, surface_of(whole, "x_max"), shear);
+    const Matrix C = loads.B.transpose() * exact * loads.B;
+    double before = 1;
+    for (const Index patterns : {Index{1}, Index{6}, loads.B.cols()}) {
+      ReductionFigures figures;
+      const Superelement s = reduced(mesh, characteristic({"surface"}, 4, {4, {}, {"x_max"}, patterns, shear}), &figures);
+      const Matrix left = C - loads.B.transpose() * compliance(s) * loads.B;
+      const auto weighed = [&](const Matrix& A) { return A.diagonal().cwiseQuotient(loads.area).sum(); };
+      const double share = weighed(left) / weighed(C);
+      EXPECT_NEAR(share, figures.characteristic.left, 1e-9);
+      EXPECT_LT(share, patterns == loads.B.cols() ? 1e-8 : 0.99 * before);
+      EXPECT_EQ(s.k(), 4 + 6 + 4 + figures.characteristic.n_patterns);
+      before = share;
+    }
+  }
+}
+
+TEST(Characteristic, PressureActsInwardsOnTheWholeArea) {
+  const Superelement s = craig_bampton(skewed(), {"surface"}, 0);
+  const PressureLoads loads = pressure_loads(s, surface_of(s, "surface"), false);
+  Vector3 sum = Vector3::Zero();
+  double outwards = 0;
+  for (Index i = 0; i < s.c(); ++i) {
+    const double f = loads.B.row(i).sum();
+    sum[s.dof_component[static_cast<std::size_t>(i)]] += f;
+    outwards += f * (s.coordinates(s.dof_node[static_cast<std::size_t>(i)], s.dof_component[static_cast<std::size_t>(i)]));
+  }
+  EXPECT_LT(sum.norm(), 1e-12 * loads.area.sum());  // of a closed surface
+  EXPECT_LT(outwards, -3 * 0.9 * 60);               // - integral of x . n = -3 V
+  EXPECT_GT(loads.area.sum(), 2 * (20 + 15 + 12) * 0.95);
+}
+
+TEST(Characteristic, RecoveryMovesTheInteriorAlong) {
+  const Mesh mesh = skewed();
+  ReductionOptions options = characteristic({"x_max"}, 6, {4, {}, {"x_max"}, 3, false});
+  options.recovery = true;
+  const Superelement s = reduced(mesh, options);
+  const auto& recovery = s.recovery.at(0);
+  ASSERT_EQ(recovery.Phi.cols(), s.k());
+  const Matrix R = reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c());
+  const Matrix q = s.characteristic.V.leftCols(6).colPivHouseholderQr().solve(R);
+  const Matrix u = recovery.Psi * R + recovery.Phi.leftCols(6) * q;
+  for (Index i = 0; i < recovery.coordinates.rows(); ++i) {
+    const Vector3 arm = recovery.coordinates.row(i).transpose() - s.rigid_body.center;
+    EXPECT_LT((u.block(3 * i, 5, 3, 1) - Vector3::UnitZ().cross(arm)).norm(), 1e-9);
+  }
+}
+
+std::string message_of(const Mesh& mesh, const ReductionOptions& options) {
+  try {
+    reduced(mesh, options);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "no InputError";
+}
+
+TEST(Characteristic, RefusesByName) {
+  const Mesh mesh = skewed({3, 2, 2});
+  const auto message = [&](const CharacteristicOptions& of) { return message_of(mesh, characteristic({"x_max"}, 3, of)); };
+  EXPECT_NE(message({21}).find("characteristic.modes: 27 asked for, but only 27 dofs"), std::string::npos) << message({21});
+  EXPECT_EQ(message({20}), "no InputError");
+  EXPECT_NE(message({3, {"x_mx"}}).find("characteristic.keep: the interface keeps no set 'x_mx', did you mean 'x_max'"),
+            std::string::npos)
+      << message({3, {"x_mx"}});
+  EXPECT_NE(message({3, {"x_max"}}).find("nothing is left to reduce"), std::string::npos);
+  EXPECT_NE(message({3, {}, {"y_max"}}).find("characteristic.pressure: the interface keeps no sideset 'y_max'"), std::string::npos);
+  EXPECT_NE(message({3, {}, {"x_max"}, 10}).find("patterns: 10 asked for on 'x_max', which has only 9 loads"), std::string::npos);
+  const std::string loose = message_of(mesh, characteristic({"surface"}, 0, {3, {"corner"}}));
+  EXPECT_NE(loose.find("do not hold the others"), std::string::npos) << loose;
+}
+
+}  // namespace
+}  // namespace cbr::test
