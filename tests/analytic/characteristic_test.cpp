@@ -3,6 +3,7 @@
 // the gaps is singular, must find the motion that there is to find, and the forces' sums.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -16,7 +17,7 @@ using test::Ran;
 using test::SceneFolder;
 using test::text;
 
-// 6 rigid motions, two responses to pressure at each end and 20 modes; 49 nodes at each end.
+// 6 rigid motions, two responses to pressure at each end (of them one twice) and 20 modes; 49 nodes at each end.
 const std::string few = "basis: characteristic, characteristic: {modes: 0, pressure: [x_min, x_max], patterns: 2}, modes: 20";
 
 struct Bar {
@@ -39,7 +40,8 @@ Ran run(const Bar& p) {
 
 double worst_residual(const Ran& ran) {
   double residual = 0;
-  for (const ContactPair& pair : ran.built.simulation.pairs) residual = std::max(residual, pair.residual);
+  for (const auto& pair : ran.result.pairs)
+    for (const double value : pair.residual) residual = std::max(residual, value);
   return residual;
 }
 
@@ -51,7 +53,8 @@ TEST(CharacteristicContact, APressedBarHasTheForceAndTheCompressionOfStatics) {
     p.end = 3;
     const Ran ran = run(p);
     const std::size_t last = ran.result.time.size() - 1;
-    EXPECT_EQ(ran.built.instances[0].n_dofs, 20 + 6 + 4);
+    // Uniform pressure on one end or on the other, balanced by inertia, moves the ends alike: one shape
+    EXPECT_EQ(ran.built.simulation.bodies[0]->n_dofs(), 20 + 6 + 3);
     EXPECT_NEAR(test::at(ran.monitor("b.x_max").mean_position, last)[0], 1 - 0.01, 2e-4) << integrator;
     EXPECT_NEAR(test::at(ran.monitor("b.x_min").force, last)[0], 10 * 0.0625, 0.05 * 10 * 0.0625) << integrator;
     EXPECT_LT(std::abs(test::at(ran.monitor("b.x_min").mean_position, last)[0]), 1e-12) << integrator;

@@ -301,7 +301,7 @@ TEST(SceneErrors, filesWithoutEndAndLinksThatLeadNowhere) {
   };
   std::filesystem::create_symlink("/dev/zero", folder / "zero.yaml");
   says((folder / "zero.yaml").string(), "zero.yaml: is not a text file");
-  write_bytes(folder / "sparse.yaml", "");
+  test::write_bytes(folder / "sparse.yaml", "");
   std::filesystem::resize_file(folder / "sparse.yaml", 1'000'000'001);
   says((folder / "sparse.yaml").string(), "is of 1000000001 bytes, a scene has at most 1 GB");
   std::filesystem::create_symlink("loop.yaml", folder / "loop.yaml");

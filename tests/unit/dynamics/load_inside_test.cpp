@@ -12,8 +12,8 @@ namespace {
 
 struct Case {
   std::string instance = "{component: part, as: superelement}", load = "force: [0, 0.2, -0.3]", integrator = "exact";
-  std::string more, reduction = "modes: 6";
-  std::optional<Index> diagonal_limit;
+  std::string more = {}, reduction = "modes: 6";
+  std::optional<Index> diagonal_limit = {};
 };
 
 test::Ran run(const Case& c) {

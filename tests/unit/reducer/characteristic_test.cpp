@@ -116,7 +116,8 @@ TEST(Characteristic, StaticsOfKeptNodesAreExact) {
 // All patterns of a surface: the compliance under any pressure on it; fewer: what the figures say is missing.
 TEST(Characteristic, ResponsesToPatternsHaveTheCompliance) {
   const Mesh mesh = skewed();
-  const Superelement whole = craig_bampton(mesh, {"surface"}, 4);
+  // Without fixed-interface modes, which the figure does not count: inertia that balances a load moves them a little too
+  const Superelement whole = craig_bampton(mesh, {"surface"}, 0);
   const Matrix exact = compliance(whole);
   for (const bool shear : {false, true}) {
     const PressureLoads loads = pressure_loads(whole, surface_of(whole, "x_max"), shear);
@@ -124,13 +125,13 @@ TEST(Characteristic, ResponsesToPatternsHaveTheCompliance) {
     double before = 1;
     for (const Index patterns : {Index{1}, Index{6}, loads.B.cols()}) {
       ReductionFigures figures;
-      const Superelement s = reduced(mesh, characteristic({"surface"}, 4, {4, {}, {"x_max"}, patterns, shear}), &figures);
+      const Superelement s = reduced(mesh, characteristic({"surface"}, 0, {4, {}, {"x_max"}, patterns, shear}), &figures);
       const Matrix left = C - loads.B.transpose() * compliance(s) * loads.B;
       const auto weighed = [&](const Matrix& A) { return A.diagonal().cwiseQuotient(loads.area).sum(); };
       const double share = weighed(left) / weighed(C);
       EXPECT_NEAR(share, figures.characteristic.left, 1e-9);
       EXPECT_LT(share, patterns == loads.B.cols() ? 1e-8 : 0.99 * before);
-      EXPECT_EQ(s.k(), 4 + 6 + 4 + figures.characteristic.n_patterns);
+      EXPECT_EQ(s.k(), 6 + 4 + figures.characteristic.n_patterns);
       before = share;
     }
   }
