@@ -51,7 +51,8 @@ void refuse_protected(const fs::path& target, const fs::path& resolved) {
   if (::stat(resolved.c_str(), &now) != 0) return;
   const bool protected_by_all = (now.st_mode & (S_IWUSR | S_IWGRP | S_IWOTH)) == 0;
   if (protected_by_all || ::access(resolved.c_str(), W_OK) != 0)
-    throw InputError(target.string() + ": is there and write-protected: make it writable (chmod u+w) or give another name");
+    throw RunError(target.string() +
+                   ": Permission denied: is there and write-protected: make it writable (chmod u+w) or give another name");
 }
 
 // Of what is replaced: permissions, and the owner and group where the system lets us.

@@ -12,7 +12,7 @@ namespace cbr {
 // in the folder is removed.
 class TemporaryFile {
  public:
-  // InputError: the target's folder is missing, or the target is there and is no regular file or write-protected. RunError: the
+  // InputError: the target's folder is missing, or the target is there and is no regular file. RunError: it is write-protected; the
   // system refuses.
   explicit TemporaryFile(const std::filesystem::path& target);
   ~TemporaryFile();

@@ -151,7 +151,7 @@ TEST_F(FailedWrite, permissionsAreThoseOfWhatIsReplaced) {
   try {
     write(file);
     FAIL() << "replaced";
-  } catch (const InputError& error) {
+  } catch (const RunError& error) {
     EXPECT_NE(std::string(error.what()).find("write-protected"), std::string::npos) << error.what();
   }
   EXPECT_EQ(test::bytes_of(file), "protected");
