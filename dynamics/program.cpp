@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/program.hpp"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <memory>
 #include <optional>
@@ -10,6 +8,7 @@
 
 #include "common/error.hpp"
 #include "common/linalg/blas_threads.hpp"
+#include "common/machine_memory.hpp"
 #include "common/output_file.hpp"
 #include "common/program.hpp"
 #include "common/replaced_file.hpp"
@@ -43,10 +42,6 @@ void check_target(const Scene& scene, const std::filesystem::path& results, cons
   }
   refuse_other_hdf5(results, {"cbr-results"}, "the results", "give --output another name");
   const TemporaryFile probe(results);
-}
-
-double memory_of_machine() {
-  return static_cast<double>(::sysconf(_SC_PHYS_PAGES)) * static_cast<double>(::sysconf(_SC_PAGE_SIZE));
 }
 
 void count_work(const Simulation& simulation, const RunResult& result, Report& report) {
@@ -248,7 +243,7 @@ void run_scene(const std::string& scene_or_dash, const std::filesystem::path& re
   check_target(*scene, results, restart);
   const UnchangedFiles inputs = inputs_of(*scene);
   BuiltScene built = build(*scene, report, build_options);
-  require_memory_for_outputs(*scene, built.simulation, memory_of_machine());
+  require_memory_for_outputs(*scene, built.simulation, machine_memory_bytes());
   std::string hash;
   if (scene->output.checkpoint || !restart.empty()) {
     const auto phase = report.phase("read");

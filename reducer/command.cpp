@@ -17,6 +17,7 @@
 #include "reducer/diagonal_form.hpp"
 #include "reducer/domains.hpp"
 #include "reducer/estimate.hpp"
+#include "reducer/panel_memory.hpp"
 #include "reducer/reduce.hpp"
 #include "reducer/second_reduction.hpp"
 #include "reducer/summary.hpp"

@@ -6,11 +6,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <numbers>
 
 #include "common/error.hpp"
+#include "common/format_text.hpp"
 
 namespace cbr {
 namespace {
@@ -22,13 +22,6 @@ constexpr double poor_condition = 1e12, poor_pivot = 1e-11, poor_modes = 1e-6, p
 constexpr double no_stiffness = 1e-12;
 // Of the largest eigenvalue's round-off: a lowest elastic one below it has less than three digits.
 constexpr double few_digits = 1e3;
-
-template <typename... Values>
-std::string format(const char* pattern, Values... values) {
-  char text[256];
-  std::snprintf(text, sizeof text, pattern, values...);
-  return text;
-}
 
 Vector random_signs(Index n) {
   Vector z(n);
@@ -77,7 +70,7 @@ RigidResidual worst_row(Index n, const Matrix& R, Rows absolute_sum, const Matri
   return worst;
 }
 
-std::string known(double value) { return std::isnan(value) ? "not computed" : format("%.1e", value); }
+std::string known(double value) { return std::isnan(value) ? "not computed" : format_text("%.1e", value); }
 
 double hertz(double omega) { return omega / (2 * std::numbers::pi); }
 
@@ -175,7 +168,7 @@ void require_independent(const Partition& p, const Matrix& Phi, const ModeCheck&
   overlap(check.worst) = 0;
   Index other = 0;
   const double share = overlap.cwiseAbs().maxCoeff(&other);
-  throw RunError(format(
+  throw RunError(format_text(
       "fixed-interface modes %lld and %lld are not independent of each other (Phi^T M Phi is %.2g between them, not "
       "0): the eigensolver has found one twice; ask for a few more or fewer modes",
       static_cast<long long>(std::min(other, check.worst) + 1), static_cast<long long>(std::max(other, check.worst) + 1), share));
@@ -244,9 +237,9 @@ Index examine_reduced(const Superelement& s, const Matrix& rigid, ReductionCondi
 void require_free(const ReductionCondition& c) {
   if (!(c.reduced_rigid > lost_rigid)) return;
   throw InputError(
-      format("the stiffness is too ill-conditioned (%.0e, scaled by its diagonal) to be reduced: by round-off the reduced one "
-             "resists rigid motions by %.0e of its size",
-             c.K_II.scaled, c.reduced_rigid) +
+      format_text("the stiffness is too ill-conditioned (%.0e, scaled by its diagonal) to be reduced: by round-off the reduced one "
+                  "resists rigid motions by %.0e of its size",
+                  c.K_II.scaled, c.reduced_rigid) +
       "; look for parts of very unlike stiffness, slivers, Poisson's ratio near 0.5, an interface nearly on one line" +
       (c.weakest.empty() ? "" : ", first at " + c.weakest));
 }
@@ -256,14 +249,15 @@ void report_figures(const ReductionCondition& c, Report& report, bool of_domain)
                 "; weakest pivot " + known(c.smallest_pivot) + (c.weakest.empty() ? "" : " at " + c.weakest));
   if (!of_domain)
     report.detail("condition of the reduced mass: " + known(c.mass.plain) + ", scaled by its diagonal " + known(c.mass.scaled));
-  report.detail((c.has_modes ? format("modes: Phi^T M Phi - I %.1e, residual %.1e; ", c.modes.orthogonality, c.modes.residual)
+  report.detail((c.has_modes ? format_text("modes: Phi^T M Phi - I %.1e, residual %.1e; ", c.modes.orthogonality, c.modes.residual)
                              : std::string("modes: not checked; ")) +
                 (c.counts.empty() ? "no inertia counted" : "inertia counts " + c.counts));
   report.detail("rigid motions: forces of K " + known(c.rigid) + ", of the reduced K " + known(c.reduced_rigid));
   if (of_domain) return;
   if (c.largest_omega > 0) {
-    report.detail(format("reduced frequencies: %lld are 0, lowest other %.6g Hz, highest %.6g Hz (critical step %.4g s)",
-                         static_cast<long long>(c.n_zero), hertz(c.lowest_omega), hertz(c.largest_omega), 2 / c.largest_omega));
+    report.detail(format_text("reduced frequencies: %lld are 0, lowest other %.6g Hz, highest %.6g Hz (critical step %.4g s)",
+                              static_cast<long long>(c.n_zero), hertz(c.lowest_omega), hertz(c.largest_omega),
+                              2 / c.largest_omega));
   } else {
     report.detail("reduced frequencies: not computed; the least stiffness against a motion that is not rigid, of its diagonal: " +
                   known(c.softest));
@@ -272,43 +266,44 @@ void report_figures(const ReductionCondition& c, Report& report, bool of_domain)
 
 void warn_of_condition(const ReductionCondition& c, Report& report) {
   if (c.K_II.scaled > poor_condition || c.smallest_pivot < poor_pivot)
-    report.warning(format("the stiffness of the interior is ill-conditioned (%.0e): about %d of 16 digits are lost; ",
-                          c.K_II.scaled, digits_lost(c.K_II.scaled)) +
+    report.warning(format_text("the stiffness of the interior is ill-conditioned (%.0e): about %d of 16 digits are lost; ",
+                               c.K_II.scaled, digits_lost(c.K_II.scaled)) +
                    "look for slivers, thin parts, Poisson's ratio near 0.5, parts of very unlike stiffness" +
                    (c.weakest.empty() ? "" : ", first at " + c.weakest));
   if (c.mass.scaled > poor_condition)
     report.warning(
-        format("the reduced mass is ill-conditioned (%.0e): about %d of 16 digits are lost; ", c.mass.scaled,
-               digits_lost(c.mass.scaled)) +
+        format_text("the reduced mass is ill-conditioned (%.0e): about %d of 16 digits are lost; ", c.mass.scaled,
+                    digits_lost(c.mass.scaled)) +
         "keep fewer modes, or widen the interface: its nodes may hold the rest as a needle's point does, or be much lighter");
   if (c.modes.residual > poor_modes)
     report.warning(
-        format("the fixed-interface modes are inaccurate (residual %.0e): look for the cause in the stiffness of the "
-               "interior, or ask for fewer modes",
-               c.modes.residual));
+        format_text("the fixed-interface modes are inaccurate (residual %.0e): look for the cause in the stiffness of the "
+                    "interior, or ask for fewer modes",
+                    c.modes.residual));
   const double rigid = std::fmax(c.rigid, c.reduced_rigid);  // that which is known
   if (rigid > poor_rigid)
-    report.warning(format("the stiffness resists rigid motions by %.0e of its size", rigid) +
+    report.warning(format_text("the stiffness resists rigid motions by %.0e of its size", rigid) +
                    (c.rigid_node.empty() ? "" : ", most at " + c.rigid_node) +
                    ": free bodies will not move freely; look for very thin or very distorted elements there");
   if (c.n_zero > c.n_rigid)
     report.warning(
-        format("the reduced component has %lld motion%s without stiffness beside its %lld rigid ones: a mechanism, which will "
-               "move freely, or a part too soft for a double beside the rest",
-               static_cast<long long>(c.n_zero - c.n_rigid), c.n_zero - c.n_rigid == 1 ? "" : "s",
-               static_cast<long long>(c.n_rigid)) +
+        format_text("the reduced component has %lld motion%s without stiffness beside its %lld rigid ones: a mechanism, which will "
+                    "move freely, or a part too soft for a double beside the rest",
+                    static_cast<long long>(c.n_zero - c.n_rigid), c.n_zero - c.n_rigid == 1 ? "" : "s",
+                    static_cast<long long>(c.n_rigid)) +
         (c.loose_node.empty() ? "" : "; it moves most at " + c.loose_node));
   if (is_without_stiffness(c.softest))
-    report.warning(format("the reduced component has a motion without stiffness (%.0e of its diagonal) beside its rigid ones: a "
-                          "mechanism, which will move freely, or a part too soft for a double beside the rest",
-                          c.softest) +
-                   (c.loose_node.empty() ? "" : "; it moves most at " + c.loose_node));
+    report.warning(
+        format_text("the reduced component has a motion without stiffness (%.0e of its diagonal) beside its rigid ones: a "
+                    "mechanism, which will move freely, or a part too soft for a double beside the rest",
+                    c.softest) +
+        (c.loose_node.empty() ? "" : "; it moves most at " + c.loose_node));
   const double digits = c.lowest_omega * c.lowest_omega / (epsilon * c.largest_omega * c.largest_omega);
   if (c.lowest_omega > 0 && digits < few_digits)
     report.warning(
-        format("the lowest elastic frequency, %.4g Hz, is so far below the highest, %.4g Hz, that %s of its digits are right: "
-               "use larger or less flat elements where they are stiffest",
-               hertz(c.lowest_omega), hertz(c.largest_omega), digits < 10 ? "none" : "one or two"));
+        format_text("the lowest elastic frequency, %.4g Hz, is so far below the highest, %.4g Hz, that %s of its digits are right: "
+                    "use larger or less flat elements where they are stiffest",
+                    hertz(c.lowest_omega), hertz(c.largest_omega), digits < 10 ? "none" : "one or two"));
 }
 
 }  // namespace cbr

@@ -13,6 +13,7 @@
 #include "reducer/decomposition.hpp"
 #include "reducer/diagonal_form.hpp"
 #include "reducer/interface_sets.hpp"
+#include "reducer/panel_memory.hpp"
 #include "reducer/partition.hpp"
 
 namespace cbr {

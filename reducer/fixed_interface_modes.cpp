@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "reducer/fixed_interface_modes.hpp"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -14,6 +12,7 @@
 #include "common/error.hpp"
 #include "common/linalg/eigenpairs.hpp"
 #include "common/linalg/supernodal_inertia.hpp"
+#include "common/machine_memory.hpp"
 
 namespace cbr {
 namespace {
@@ -25,8 +24,7 @@ constexpr Index largest_dense = 15000;
 
 // Whether a count would fit this machine beside the matrices and the factor.
 bool count_fits(const Partition& p, const SparseCholesky& factor) {
-  const double memory = static_cast<double>(::sysconf(_SC_PHYS_PAGES)) * static_cast<double>(::sysconf(_SC_PAGE_SIZE));
-  return factor.bytes() + front_bytes(factor.tree()) + 16 * static_cast<double>(p.K_II.nonZeros()) < 0.9 * memory;
+  return factor.bytes() + front_bytes(factor.tree()) + 16 * static_cast<double>(p.K_II.nonZeros()) < 0.9 * machine_memory_bytes();
 }
 
 // Number of eigenvalues of (K_II, M_II) below sigma; a shift that hits an eigenvalue is moved up by a hair.

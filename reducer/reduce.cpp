@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "reducer/reduce.hpp"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 #include <numeric>
 
@@ -17,6 +14,7 @@
 #include "reducer/interface_sets.hpp"
 #include "reducer/interior_loads.hpp"
 #include "reducer/mode_tolerance.hpp"
+#include "reducer/panel_memory.hpp"
 #include "reducer/partition.hpp"
 
 namespace cbr {
@@ -372,20 +370,6 @@ Superelement reduce_to(const std::vector<Index>* interface, const Mesh& mesh, co
 }
 
 }  // namespace
-
-double half_of_memory() {
-  return 0.5 * static_cast<double>(::sysconf(_SC_PHYS_PAGES)) * static_cast<double>(::sysconf(_SC_PAGE_SIZE));
-}
-
-double panel_memory(double given, const Partition& p, const SparseCholesky& factor, const Matrix& Phi) {
-  if (given > 0) return given;
-  const auto c = static_cast<double>(p.n_interface());
-  const double held =
-      factor.bytes() + 32 * static_cast<double>(p.M_II.nonZeros()) + 8 * static_cast<double>(Phi.size()) + 32 * c * c;
-  // Some is given in any case: without panels nothing goes
-  const double all = 2 * half_of_memory();
-  return std::min(0.5 * all, std::max(0.05 * all, 0.85 * all - held));
-}
 
 Index n_mode_candidates(const std::string& pick, Index wanted, Index n_interior) {
   if (pick != "participation" || wanted == 0 || wanted >= n_interior) return wanted;

@@ -45,12 +45,6 @@ Superelement reduce(const Mesh& mesh, const std::vector<BlockProperties>& proper
                     const ReductionOptions& options, const ReduceSettings& settings, Report& report,
                     ReductionFigures* figures = nullptr);
 
-// What `memory` 0 stands for: half of this machine's, in bytes.
-double half_of_memory();
-// Bytes for panels of constraint modes: what was `given`, or for 0 half of this machine's, less when the factor takes so much that
-// the rest would not do (a panel as wide as is useful takes 16 n_I bytes a column and thread).
-double panel_memory(double given, const Partition& p, const SparseCholesky& factor, const Matrix& Phi);
-
 // Modes that are computed so that `wanted` can be kept; more than wanted with pick: participation.
 Index n_mode_candidates(const std::string& pick, Index wanted, Index n_interior);
 

@@ -10,6 +10,7 @@
 #include "common/error.hpp"
 #include "reducer/fixed_interface_modes.hpp"
 #include "reducer/joined_recovery.hpp"
+#include "reducer/panel_memory.hpp"
 
 namespace cbr {
 namespace {

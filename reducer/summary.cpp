@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 #include <string>
 
+#include "common/format_text.hpp"
 #include "reducer/accuracy.hpp"
 
 namespace cbr {
@@ -14,13 +14,6 @@ namespace {
 
 // More than this of the energy lost in a flat impact is worth a warning.
 constexpr double large_residual_mass = 0.2;
-
-template <typename... Values>
-std::string format(const char* pattern, Values... values) {
-  char text[256];
-  std::snprintf(text, sizeof text, pattern, values...);
-  return text;
-}
 
 Index fixed_modes(const Superelement& s, const ReductionFigures& figures) {
   return s.is_characteristic() ? figures.characteristic.n_fixed : s.k() - s.n_residual;
@@ -31,7 +24,7 @@ std::string modes_text(const Superelement& s, const ReductionFigures& figures) {
   if (own == 0) return "none kept: static condensation";
   std::string text = std::to_string(own) + " kept";
   if (figures.n_candidates > own) text += " of the lowest " + std::to_string(figures.n_candidates);
-  text += ", the highest at " + format("%.6g", figures.highest_frequency) + " Hz (" + figures.mode_method;
+  text += ", the highest at " + format_text("%.6g", figures.highest_frequency) + " Hz (" + figures.mode_method;
   if (figures.mode_method != "lapack") text += figures.modes_proven ? ", none missed by the inertia count" : ", not counted";
   return text + ")";
 }
@@ -56,47 +49,48 @@ std::string sets_text(const Superelement& s) {
 }
 
 void say_residual_mass(const Vector3& rho, Report& report) {
-  report.line(format("  rho_res      x %.4f  y %.4f  z %.4f: a flat impact in that direction loses this share of its energy",
-                     rho(0), rho(1), rho(2)));
+  report.line(format_text("  rho_res      x %.4f  y %.4f  z %.4f: a flat impact in that direction loses this share of its energy",
+                          rho(0), rho(1), rho(2)));
   if (rho.maxCoeff() > large_residual_mass) {
     report.warning(
-        format("much mass is left on the interface (rho_res up to %.2f): contact in that direction will lose energy; keep "
-               "more modes, or pick them by participation",
-               rho.maxCoeff()));
+        format_text("much mass is left on the interface (rho_res up to %.2f): contact in that direction will lose energy; keep "
+                    "more modes, or pick them by participation",
+                    rho.maxCoeff()));
   }
 }
 
 void say_massless(const Superelement& s, const MasslessFigures& m, Report& report) {
-  report.line(
-      format("  massless     %lld of the modes rigid; x %.4f  y %.4f  z %.4f: of the compliance under a uniform load this is left "
-             "to an interface without inertia",
-             static_cast<long long>(m.n_rigid), m.left(0), m.left(1), m.left(2)));
-  report.line(format("  step         highest frequency %.6g Hz with the interface held: critical step %.4g",
-                     s.massless.omega_closed / (2 * std::numbers::pi), 2 / s.massless.omega_closed));
+  report.line(format_text(
+      "  massless     %lld of the modes rigid; x %.4f  y %.4f  z %.4f: of the compliance under a uniform load this is left "
+      "to an interface without inertia",
+      static_cast<long long>(m.n_rigid), m.left(0), m.left(1), m.left(2)));
+  report.line(format_text("  step         highest frequency %.6g Hz with the interface held: critical step %.4g",
+                          s.massless.omega_closed / (2 * std::numbers::pi), 2 / s.massless.omega_closed));
   if (m.lost_mass > 0)
-    report.line(format("  mass         %.4f of a rigid motion's was not in the fixed modes and was given to them", m.lost_mass));
+    report.line(
+        format_text("  mass         %.4f of a rigid motion's was not in the fixed modes and was given to them", m.lost_mass));
 }
 
 void say_characteristic(const Superelement& s, const CharacteristicFigures& c, Report& report) {
   const auto count = [](Index n) { return static_cast<long long>(n); };
-  std::string text = format("  interface    %lld of its own modes", count(c.n_modes));
-  if (c.n_modes > 0) text += format(" up to %.6g Hz", c.highest / (2 * std::numbers::pi));
-  text += c.n_kept > 0 ? format(", %lld dofs kept", count(c.n_kept)) : format(", %lld rigid motions", count(c.n_rigid));
-  if (c.n_patterns + c.n_dropped > 0) text += format(", %lld responses to patterns of pressure", count(c.n_patterns));
-  if (c.n_dropped > 0) text += format(" (%lld more are in the span of the others)", count(c.n_dropped));
+  std::string text = format_text("  interface    %lld of its own modes", count(c.n_modes));
+  if (c.n_modes > 0) text += format_text(" up to %.6g Hz", c.highest / (2 * std::numbers::pi));
+  text += c.n_kept > 0 ? format_text(", %lld dofs kept", count(c.n_kept)) : format_text(", %lld rigid motions", count(c.n_rigid));
+  if (c.n_patterns + c.n_dropped > 0) text += format_text(", %lld responses to patterns of pressure", count(c.n_patterns));
+  if (c.n_dropped > 0) text += format_text(" (%lld more are in the span of the others)", count(c.n_dropped));
   report.line(text);
-  report.line(format("  step         highest frequency %.6g Hz: critical step %.4g",
-                     std::sqrt(s.eigenvalues.maxCoeff()) / (2 * std::numbers::pi), 2 / std::sqrt(s.eigenvalues.maxCoeff())));
+  report.line(format_text("  step         highest frequency %.6g Hz: critical step %.4g",
+                          std::sqrt(s.eigenvalues.maxCoeff()) / (2 * std::numbers::pi), 2 / std::sqrt(s.eigenvalues.maxCoeff())));
   if (c.n_patterns == 0) return;
-  report.line(
-      format("  compliance   %.4f of that of single nodes under pressure is not in the basis, nothing of that under a uniform one",
-             c.left));
+  report.line(format_text(
+      "  compliance   %.4f of that of single nodes under pressure is not in the basis, nothing of that under a uniform one",
+      c.left));
 }
 
 void say_rigid_body(const RigidBody& b, Report& report) {
-  report.line(format("  mass         %.9g, centre (%.6g, %.6g, %.6g)", b.mass, b.center(0), b.center(1), b.center(2)));
-  report.line(format("  inertia      xx %.6g  yy %.6g  zz %.6g  xy %.6g  yz %.6g  xz %.6g", b.inertia(0, 0), b.inertia(1, 1),
-                     b.inertia(2, 2), b.inertia(0, 1), b.inertia(1, 2), b.inertia(0, 2)));
+  report.line(format_text("  mass         %.9g, centre (%.6g, %.6g, %.6g)", b.mass, b.center(0), b.center(1), b.center(2)));
+  report.line(format_text("  inertia      xx %.6g  yy %.6g  zz %.6g  xy %.6g  yz %.6g  xz %.6g", b.inertia(0, 0), b.inertia(1, 1),
+                          b.inertia(2, 2), b.inertia(0, 1), b.inertia(1, 2), b.inertia(0, 2)));
 }
 
 void say_file(const std::filesystem::path& file, bool diagonal, bool recovery, Report& report) {
@@ -139,9 +133,9 @@ void summarise(const Superelement& s, const ReductionFigures& figures, const std
   count_work(figures, report);
   report.count("interface_dofs", static_cast<double>(s.c()));
   report.count("modes", static_cast<double>(s.k()));
-  report.line(format("  dofs         %lld in full, %lld on the interface (%zu nodes), %lld modes, %lld reduced",
-                     static_cast<long long>(figures.n_dofs), static_cast<long long>(s.c()), s.node_ids.size(),
-                     static_cast<long long>(fixed_modes(s, figures)), static_cast<long long>(s.n_coordinates())));
+  report.line(format_text("  dofs         %lld in full, %lld on the interface (%zu nodes), %lld modes, %lld reduced",
+                          static_cast<long long>(figures.n_dofs), static_cast<long long>(s.c()), s.node_ids.size(),
+                          static_cast<long long>(fixed_modes(s, figures)), static_cast<long long>(s.n_coordinates())));
   report.line("  modes        " + modes_text(s, figures));
   say_loads(s, report);
   if (s.is_characteristic()) say_characteristic(s, figures.characteristic, report);
@@ -154,8 +148,8 @@ void summarise(const Superelement& s, const ReductionFigures& figures, const std
   say_rigid_body(s.rigid_body, report);
   report.line("  sets kept    " + sets_text(s));
   const bool panels = figures.way == CondensationWay::second_solve;
-  report.detail(format("factor: %.3g non-zeros, %.3g flops; solves %.3g flops; products %.3g flops", figures.factor_nonzeros,
-                       figures.factor_flops, figures.solve_flops, figures.product_flops));
+  report.detail(format_text("factor: %.3g non-zeros, %.3g flops; solves %.3g flops; products %.3g flops", figures.factor_nonzeros,
+                            figures.factor_flops, figures.solve_flops, figures.product_flops));
   report.detail(panels ? "constraint modes in panels of " + std::to_string(figures.panel) + " columns"
                        : "constraint modes held whole");
   say_file(file, s.has_diagonal_form(), !s.recovery.empty(), report);
@@ -177,10 +171,11 @@ void summarise_domains(const SuperelementGroup& group, const GroupFigures& f, Re
               " reduced");
   say_missing_modes(group, f, report);
   for (std::size_t d = 0; d < f.domains.size(); ++d) {
-    report.detail(format("domain %zu: %lld elements, %lld interior dofs, c %lld, k %lld, factor %.3g non-zeros, ", d + 1,
-                         static_cast<long long>(f.domains[d].n_elements), static_cast<long long>(f.domains[d].reduction.n_interior),
-                         static_cast<long long>(group.domains[d].c()), static_cast<long long>(group.domains[d].k()),
-                         f.domains[d].reduction.factor_nonzeros) +
+    report.detail(format_text("domain %zu: %lld elements, %lld interior dofs, c %lld, k %lld, factor %.3g non-zeros, ", d + 1,
+                              static_cast<long long>(f.domains[d].n_elements),
+                              static_cast<long long>(f.domains[d].reduction.n_interior),
+                              static_cast<long long>(group.domains[d].c()), static_cast<long long>(group.domains[d].k()),
+                              f.domains[d].reduction.factor_nonzeros) +
                   f.domains[d].reduction.mode_method);
   }
 }

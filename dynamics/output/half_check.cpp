@@ -4,18 +4,12 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <cstdio>
 #include <string>
+
+#include "common/format_text.hpp"
 
 namespace cbr {
 namespace {
-
-template <typename... Values>
-std::string format(const char* pattern, Values... values) {
-  char text[256];
-  std::snprintf(text, sizeof text, pattern, values...);
-  return text;
-}
 
 double share(double part, double whole) { return whole > 0 ? part / whole : 0; }
 
@@ -34,7 +28,7 @@ double rms_motion(const Series3& series) {
 
 double rms_difference(const Series3& a, const Series3& b) { return rms(rows(a) - rows(b)); }
 
-std::string percent(double value) { return format("%.2g %%", 100 * value); }
+std::string percent(double value) { return format_text("%.2g %%", 100 * value); }
 
 }  // namespace
 
@@ -79,7 +73,7 @@ void say_half_difference(const Simulation& simulation, const HalfDifference& d, 
   report.line("check: the same steps with " + std::to_string(modes_half) + " of the " + std::to_string(modes_whole) +
               " modes differ by");
   for (std::size_t i = 0; i < d.monitors.size(); ++i)
-    report.line("  " + simulation.monitors[i].name + ": position " + format("%.3g", d.monitors[i].length) + " (rms), " +
+    report.line("  " + simulation.monitors[i].name + ": position " + format_text("%.3g", d.monitors[i].length) + " (rms), " +
                 percent(d.monitors[i].position) + " of its motion; velocity " + percent(d.monitors[i].velocity));
   for (std::size_t i = 0; i < d.bodies.size(); ++i)
     report.line("  instance " + simulation.bodies[i]->name() + ": centre of mass " + percent(d.bodies[i].center) +

@@ -21,7 +21,7 @@ from runs import Refused, in_turns, median, run
 HERE = pathlib.Path(__file__).resolve().parent
 COLUMNS = ["scene", "basis", "row", "dofs", "steps", "step_s", "error_percent", "error_all_percent", "energy", "stepping_s", "total_s", "reduction_s", "reference", "note"]
 
-# Name: entries of `reduction` (None: full meshes), entries of `time`
+# Name: entries of `reduction` (None: full meshes; INTERFACE: the scene's), entries of `time`
 BASES = {
     "full mesh": (None, ""),
     "craig-bampton": ("", ""),
@@ -31,7 +31,7 @@ BASES = {
     "massless, free": ("basis: massless", ""),
     "massless, tapered": ("basis: massless, massless_modes: tapered", ""),
     "massless, fixed": ("basis: massless, massless_modes: fixed", ""),
-    "characteristic": ("basis: characteristic", ""),
+    "characteristic": ("basis: characteristic, characteristic: {modes: 10, pressure: [INTERFACE], patterns: 6}", ""),
 }
 
 SMOKE = ("full mesh", "craig-bampton", "massless, free")  # of the smallest run
@@ -69,6 +69,7 @@ class Scene:
         text = f"  {name}: {{mesh: {name}.msh, material: {material}{more}"
         if reduction is None:
             return text + "}\n"
+        reduction = reduction.replace("INTERFACE", interface)
         modes = modes or f"modes: {8 if self.smoke else self.modes}"
         return text + f", reduction: {{{entries(reduction, f'interface: [{interface}]', modes, f'superelement: {name}-{self.stem}.cbr.h5')}}}}}\n"
 

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstdio>
+#include <string>
+
+namespace cbr {
+
+// What std::snprintf makes of it, at most 319 characters.
+template <typename... Values>
+std::string format_text(const char* pattern, Values... values) {
+  char text[320];
+  std::snprintf(text, sizeof text, pattern, values...);
+  return text;
+}
+
+}  // namespace cbr

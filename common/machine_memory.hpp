@@ -1,0 +1,8 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+namespace cbr {
+
+double machine_memory_bytes();  // physical memory, whoever uses it
+
+}  // namespace cbr

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "reducer/panel_memory.hpp"
+
+#include <algorithm>
+
+#include "common/machine_memory.hpp"
+
+namespace cbr {
+
+double half_of_memory() { return 0.5 * machine_memory_bytes(); }
+
+double panel_memory(double given, const Partition& p, const SparseCholesky& factor, const Matrix& Phi) {
+  if (given > 0) return given;
+  const auto c = static_cast<double>(p.n_interface());
+  const double held =
+      factor.bytes() + 32 * static_cast<double>(p.M_II.nonZeros()) + 8 * static_cast<double>(Phi.size()) + 32 * c * c;
+  // Some is given in any case: without panels nothing goes
+  const double all = machine_memory_bytes();
+  return std::min(0.5 * all, std::max(0.05 * all, 0.85 * all - held));
+}
+
+}  // namespace cbr

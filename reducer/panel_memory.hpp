@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// How much memory constraint modes may take.
+#pragma once
+
+#include "common/linalg/sparse_cholesky.hpp"
+#include "reducer/partition.hpp"
+
+namespace cbr {
+
+// What `memory` 0 stands for: half of this machine's, in bytes.
+double half_of_memory();
+// Bytes for panels of constraint modes: what was `given`, or for 0 half of this machine's, less when the factor takes so much that
+// the rest would not do (a panel as wide as is useful takes 16 n_I bytes a column and thread).
+double panel_memory(double given, const Partition& p, const SparseCholesky& factor, const Matrix& Phi);
+
+}  // namespace cbr
