@@ -56,4 +56,11 @@ using LinearMap = std::function<void(const Vector& x, Vector& y)>;
 // directions are left out of the problem when it answers y = Z (Z^T M Z)^-1 Z^T x.
 double largest_eigenvalue(Index n, const LinearMap& multiply_K, const LinearMap& solve_M);
 
+struct RitzValue {
+  double value = 0, residual = 0;
+};
+// Largest eigenvalue of the tridiagonal matrix of n Lanczos steps (diagonal alpha, beside it beta_0 .. beta_n-2), and the residual
+// of its Ritz vector, |beta_n-1 s_n-1| (Parlett 1980, 13-2). In any unit. RunError where entries are not finite.
+RitzValue largest_ritz_value(const Vector& alpha, const Vector& beta, Index n);
+
 }  // namespace cbr

@@ -5,21 +5,11 @@
 #include <cmath>
 #include <random>
 
+#include "common/error.hpp"
 #include "common/linalg/eigenpairs.hpp"
 
 namespace cbr {
 namespace {
-
-struct Bound {
-  double value = 0, residual = 0;
-};
-
-// Largest eigenvalue of the tridiagonal matrix, and the residual of its Ritz vector: |beta s| (Parlett 1980, 13-2).
-Bound largest_ritz_value(const Vector& alpha, const Vector& beta, Index n) {
-  Eigen::SelfAdjointEigenSolver<Matrix> eigen;
-  eigen.computeFromTridiagonal(alpha.head(n), beta.head(n - 1), Eigen::ComputeEigenvectors);
-  return {eigen.eigenvalues()[n - 1], std::abs(beta[n - 1] * eigen.eigenvectors()(n - 1, n - 1))};
-}
 
 // From p and q = M^-1 p: p_i ~ M_ii^1/2, as far as q tells, where masses differ so much that some coordinates (the rotations of a
 // faint shell) would drown the others in round-off.
@@ -44,6 +34,20 @@ void balance(const LinearMap& solve_M, Vector& p, Vector& q) {
 
 }  // namespace
 
+RitzValue largest_ritz_value(const Vector& alpha, const Vector& beta, Index n) {
+  // Eigen's QR of tridiagonal matrices compares squares of what is beside the diagonal with the diagonal (3.4): only entries near 1
+  // are judged right, at 1e3 it may not converge, and then its values are in no order.
+  double unit = alpha.head(n).cwiseAbs().maxCoeff();
+  if (n > 1) unit = std::max(unit, beta.head(n - 1).cwiseAbs().maxCoeff());
+  if (!alpha.head(n).allFinite() || !beta.head(n).allFinite())
+    throw RunError("the largest eigenvalue of a body or a contact is not finite");
+  if (unit == 0) return {};
+  Eigen::SelfAdjointEigenSolver<Matrix> eigen;
+  eigen.computeFromTridiagonal(alpha.head(n) / unit, beta.head(n - 1) / unit, Eigen::ComputeEigenvectors);
+  if (eigen.info() != Eigen::Success) throw RunError("the largest eigenvalue of a body or a contact was not found");
+  return {unit * eigen.eigenvalues()[n - 1], std::abs(beta[n - 1] * eigen.eigenvectors()(n - 1, n - 1))};
+}
+
 double largest_eigenvalue(Index n, const LinearMap& multiply_K, const LinearMap& solve_M) {
   // To round-off's reach, so that neither the critical step nor a penalty depends on how nodes are numbered
   const Index steps = std::min<Index>(500, std::max<Index>(n, 2));
@@ -59,7 +63,7 @@ double largest_eigenvalue(Index n, const LinearMap& multiply_K, const LinearMap&
   double norm = std::sqrt(std::max(q.dot(p), 0.0));
   if (!(norm > 0)) return 0;
   q /= norm, p /= norm;
-  Bound bound;
+  RitzValue bound;
   for (Index j = 0; j < steps; ++j) {
     // p_j+1 = K q_j - alpha_j p_j - beta_j-1 p_j-1, and q_j+1 solved from it: were both continued by recurrences they would drift
     // apart, and Ritz values rise above the spectrum.

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/contact/enforcement.hpp"
 
-#include <Eigen/Eigenvalues>
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "common/linalg/eigenpairs.hpp"
 #include "dynamics/contact/packing.hpp"
 
 namespace cbr {
@@ -25,7 +24,6 @@ double largest_eigenvalue(const GapResponse& W) {
   Vector q = Vector::LinSpaced(n, 1.0, 2.0);  // no symmetry to hide behind
   for (Index i = 0; i < n; i += 2) q[i] = -0.7 * q[i];
   q.normalize();
-  double lambda = 0;
   for (Index j = 0; j < most; ++j) {
     Q.col(j) = q;
     Vector w = apply(W, q);
@@ -34,16 +32,13 @@ double largest_eigenvalue(const GapResponse& W) {
     beta[j] = w.norm();
     const bool exhausted = !(beta[j] > 1e-14 * std::abs(alpha[0])) || j + 1 == most;
     if (exhausted || j % 8 == 7) {
-      Eigen::SelfAdjointEigenSolver<Matrix> ritz;
-      ritz.computeFromTridiagonal(alpha.head(j + 1), beta.head(j));
-      lambda = ritz.eigenvalues()[j];
-      // From above: the residual bounds what is missing (Parlett 1980, 13-2)
-      const double residual = exhausted && j + 1 < most ? 0.0 : beta[j] * std::abs(ritz.eigenvectors()(j, j));
-      if (exhausted || residual <= 1e-13 * lambda) return lambda + residual;
+      const RitzValue ritz = largest_ritz_value(alpha, beta, j + 1);
+      // From above: the residual bounds what is missing
+      if (exhausted || ritz.residual <= 1e-13 * ritz.value) return ritz.value + ritz.residual;
     }
     q = w / beta[j];
   }
-  return lambda;
+  return 0;  // no rows
 }
 
 // s of s + 4 zeta sqrt(s) = share (4 - x^2), and from it spring and dashpot. What no impulse moves needs none.

@@ -38,7 +38,7 @@ std::vector<LinePoint> gauss_unit_line(int n, bool jacobi) {
   return rule;
 }
 
-constexpr int max_line = 8;
+constexpr int max_line = 11;
 
 // n < 3: six points of degree 4. Else a square of n x n Gauss points drawn together into a triangle: degree 2 n - 1.
 const std::vector<TrianglePoint>& triangle_points(int n) {
@@ -129,11 +129,11 @@ double convergence(const FacePiece& piece, const Batch& x, const Batch& y) {
   return r + std::sqrt(r * r - 1);
 }
 
-// Points on a line for an error of about 1e-10: the first term that degree 2 n - 1 misses is rate^(-2 n + 2), the product of two
-// shape functions being of degree 2 itself.
-int line_points(double rate) {
-  if (rate > 1e3) return 0;
-  return std::clamp(static_cast<int>(std::ceil(0.5 * (2 + 10 * std::numbers::ln10 / std::log(rate)))), 3, max_line);
+// Points on a line for an error of about 1e-10: the first term that degree 2 n - 1 misses is rate^(-2 n + degree), `degree` that of
+// the product of shape functions: 2, with those of second order 5. 0: the six points of degree 4 are as good.
+int line_points(double rate, int degree) {
+  if (degree == 2 && rate > 1e3) return 0;
+  return std::clamp(static_cast<int>(std::ceil(0.5 * (degree + 10 * std::numbers::ln10 / std::log(rate)))), 3, max_line);
 }
 
 // The face's own shape functions, of second order, from those of its corners.
@@ -180,8 +180,9 @@ void add_polygon(const Overlap& of, double sliver, Segment& segment) {
   Batch x(shared.n), y(shared.n), w;
   for (int i = 0; i < shared.n; ++i) x[i] = shared.x[i][0], y[i] = shared.x[i][1];
   // Six points are exact to degree 4, three on a line to 5: a face of second order has 3 itself
-  const int least = of.slave_face.quadratic || of.master_face.quadratic ? 3 : 0;
-  const int n_line = std::max(least, line_points(std::min(convergence(of.slave, x, y), convergence(of.master, x, y))));
+  const bool quadratic = of.slave_face.quadratic || of.master_face.quadratic;
+  const double rate = std::min(convergence(of.slave, x, y), convergence(of.master, x, y));
+  const int n_line = std::max(quadratic ? 3 : 0, line_points(rate, quadratic ? 5 : 2));
   const auto& points = triangle_points(n_line);
   const Index n_points = static_cast<Index>(points.size());
   x.resize(capacity), y.resize(capacity), w.resize(capacity);

@@ -67,13 +67,7 @@ void keep_all(RandomScene& scene, Index domains) {
   }
 }
 
-// Where pieces of mortar faces are cut into triangles from a first corner, the error of the quadrature on them depends on which.
-double allowed(const RandomScene& scene, const Variant& variant) {
-  const bool other_corner =
-      scene.has("mortar") && (std::string(variant.name) == "renumbered" || std::string(variant.name) == "mirrored" ||
-                              std::string(variant.name) == "turned");
-  return other_corner ? 3e-7 : 1e-9;
-}
+constexpr double allowed = 1e-9;
 
 double largest(const Difference& d) { return std::max({d.positions, d.momenta, d.angular, d.forces, d.energies}); }
 
@@ -91,14 +85,14 @@ void try_variant(const Variant& variant, const RandomScene& scene, const Ran& pl
   RandomScene changed = scene;
   Change change;
   variant.change(changed, change);
-  compare(variant.name, scene, plain, run(changed, change), change, allowed(scene, variant), worst);
+  compare(variant.name, scene, plain, run(changed, change), change, allowed, worst);
 }
 
 void try_domains(const RandomScene& scene, test::Worst& worst) {
   if (!is_reduced(scene)) return;
   RandomScene one = scene, several = scene;
   keep_all(one, 1), keep_all(several, 2);
-  compare("in two domains", scene, run(one), run(several), {}, 1e-9, worst);
+  compare("in two domains", scene, run(one), run(several), {}, allowed, worst);
 }
 
 bool touches(const Ran& ran) {

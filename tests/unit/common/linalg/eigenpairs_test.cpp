@@ -8,6 +8,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/error.hpp"
 #include "tests/unit/common/linalg/grid_matrices.hpp"
 
 namespace cbr::test {
@@ -176,6 +177,25 @@ TEST(LargestEigenvalue, CoordinatesOfVeryUnlikeMassesDoNotHideEachOther) {
       2 * n, [&](const Vector& x, Vector& y) { y = K * x; }, [&](const Vector& x, Vector& y) { y = x.cwiseQuotient(mass); });
   EXPECT_GE(bound, truth * (1 - 1e-12));
   EXPECT_LE(bound, truth * (1 + 1e-6));
+}
+
+TEST(LargestRitzValue, IsTheSameInAnyUnit) {
+  // Blocks that hang together by round-off, as when few distinct eigenvalues have many copies each
+  const Index n = 27;
+  Vector alpha(n), beta(n);
+  for (Index i = 0; i < n; ++i) {
+    alpha[i] = i % 3 == 0 ? 1.1 : 0.3 * static_cast<double>(1 + i % 5);
+    beta[i] = i % 9 == 8 ? 2e-9 * static_cast<double>(i) : 0.05 / static_cast<double>(1 + i % 4);
+  }
+  Matrix T = alpha.asDiagonal();
+  T.diagonal(1) = T.diagonal(-1) = beta.head(n - 1);
+  const Eigen::SelfAdjointEigenSolver<Matrix> exact(T);
+  for (const double unit : {1e-300, 1e-30, 1e-3, 1.0, 1e3, 1e9, 1e17, 1e30, 1e150}) {
+    const RitzValue ritz = largest_ritz_value(unit * alpha, unit * beta, n);
+    EXPECT_NEAR(ritz.value / unit, exact.eigenvalues()[n - 1], 1e-14) << unit;
+    EXPECT_NEAR(ritz.residual / unit, std::abs(beta[n - 1] * exact.eigenvectors()(n - 1, n - 1)), 1e-15) << unit;
+  }
+  EXPECT_THROW(largest_ritz_value(Vector::Constant(n, NAN), beta, n), RunError);
 }
 
 TEST(DenseEigenpairsBeside, NullVectorsAreKeptApartFromModesBelowRoundOff) {
