@@ -9,9 +9,11 @@
 namespace cbr {
 
 struct BlockLanczosOptions {
-  Index block = 0;           // 0: chosen from k
-  Index basis = 0;           // vectors before a restart, 0: chosen from k
-  double tolerance = 1e-13;  // residual in the M-norm of a Ritz pair (theta, x) of (K - sigma M)^-1 M, relative to theta
+  Index block = 0;  // 0: chosen from k
+  Index basis = 0;  // vectors before a restart, 0: chosen from k
+  // Residual in the M-norm of a Ritz pair (theta, x) of (K - sigma M)^-1 M, relative to theta; of pairs far below the largest theta
+  // (slender parts: 1e5 times) no more is asked than that one's round-off, which is in all of them.
+  double tolerance = 1e-13;
   Index max_restarts = 200;
 };
 

@@ -60,7 +60,7 @@ struct RitzValue {
   double value = 0, residual = 0;
 };
 // Largest eigenvalue of the tridiagonal matrix of n Lanczos steps (diagonal alpha, beside it beta_0 .. beta_n-2), and the residual
-// of its Ritz vector, |beta_n-1 s_n-1| (Parlett 1980, 13-2). In any unit. RunError where entries are not finite.
+// of its Ritz vector, |beta_n-1 s_n-1| (Parlett 1980, 13-2). In any unit. NaN where entries are not finite.
 RitzValue largest_ritz_value(const Vector& alpha, const Vector& beta, Index n);
 
 }  // namespace cbr

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 
 namespace cbr {
 namespace {
@@ -94,8 +95,9 @@ Eigenpairs lanczos_below(Index n, Index n_rigid, const std::function<Matrix(cons
     const Eigenpairs ritz = dense_eigenpairs(-H, Vector(Vector::Ones(m)), m);
     if (!ritz.converged) return pairs;
     const Vector residual = (B.last * ritz.Phi.bottomRows(b)).colwise().norm();
+    const double round_off = std::numeric_limits<double>::epsilon() * std::abs(ritz.lambda(0));
     Index k = 0;
-    while (k < m && residual(k) <= options.tolerance * std::abs(ritz.lambda(k))) ++k;
+    while (k < m && residual(k) <= std::max(options.tolerance * std::abs(ritz.lambda(k)), round_off)) ++k;
     pairs.n_converged = k;
     if (k > 0 && -1 / ritz.lambda(k - 1) > bound) {
       pairs.converged = true;

@@ -9,9 +9,10 @@
 namespace cbr {
 
 struct LanczosBelowOptions {
-  Index block = 0;           // 0: chosen from n
-  Index most = 0;            // vectors of the basis; 0: n / 4, of a small problem nearly n
-  double tolerance = 1e-13;  // residual in the M-norm of a Ritz pair of K^-1 M, relative to its value
+  Index block = 0;  // 0: chosen from n
+  Index most = 0;   // vectors of the basis; 0: n / 4, of a small problem nearly n
+  double tolerance =
+      1e-13;  // residual in the M-norm of a Ritz pair of K^-1 M, relative to its value, or the largest one's round-off
 };
 
 // Block Lanczos without restarts on K^-1 M, M-orthonormal in full (Grimes, Lewis, Simon 1994, doi 10.1137/S0895479888151111): a

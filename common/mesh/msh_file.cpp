@@ -182,6 +182,7 @@ class Reader {
 
   template <class T>
   void add_element(MshElement element, int n_nodes, MshCursor& cursor) {
+    if (element.id < 1) cursor.fail("element number " + std::to_string(element.id) + " found, numbers are at least 1");
     element.first = msh_.element_nodes.size();
     for (int i = 0; i < n_nodes; ++i) msh_.element_nodes.push_back(static_cast<Index>(cursor.number<T>()));
     msh_.elements.push_back(element);

@@ -130,9 +130,9 @@ double convergence(const FacePiece& piece, const Batch& x, const Batch& y) {
 }
 
 // Points on a line for an error of about 1e-10: the first term that degree 2 n - 1 misses is rate^(-2 n + degree), `degree` that of
-// the product of shape functions: 2, with those of second order 5. 0: the six points of degree 4 are as good.
+// the product of shape functions along it: 3, with those of second order 5. 0: the six points of degree 4 are as good.
 int line_points(double rate, int degree) {
-  if (degree == 2 && rate > 1e3) return 0;
+  if (degree == 3 && rate > 1e4) return 0;
   return std::clamp(static_cast<int>(std::ceil(0.5 * (degree + 10 * std::numbers::ln10 / std::log(rate)))), 3, max_line);
 }
 
@@ -182,7 +182,7 @@ void add_polygon(const Overlap& of, double sliver, Segment& segment) {
   // Six points are exact to degree 4, three on a line to 5: a face of second order has 3 itself
   const bool quadratic = of.slave_face.quadratic || of.master_face.quadratic;
   const double rate = std::min(convergence(of.slave, x, y), convergence(of.master, x, y));
-  const int n_line = std::max(quadratic ? 3 : 0, line_points(rate, quadratic ? 5 : 2));
+  const int n_line = std::max(quadratic ? 3 : 0, line_points(rate, quadratic ? 5 : 3));
   const auto& points = triangle_points(n_line);
   const Index n_points = static_cast<Index>(points.size());
   x.resize(capacity), y.resize(capacity), w.resize(capacity);

@@ -67,7 +67,8 @@ void keep_all(RandomScene& scene, Index domains) {
   }
 }
 
-constexpr double allowed = 1e-9;
+// Nearly all stay below 1e-12; what mortar's quadrature leaves, 1e-10, grows where points begin to slide.
+constexpr double allowed = 5e-9;
 
 double largest(const Difference& d) { return std::max({d.positions, d.momenta, d.angular, d.forces, d.energies}); }
 
