@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/assembly.hpp"
+#include "common/conditioning.hpp"
 #include "common/mesh/surface.hpp"
 #include "common/row_matrix.hpp"
 #include "common/types.hpp"
@@ -79,8 +80,10 @@ struct Superelement {
   };
   std::optional<Accuracy> accuracy;
 
-  // Optional, /loads/NAME: faces that are not on the interface, and the forces on the coordinates that a unit traction along x, y, z
-  // on them makes. The last n_residual of the modes are residual vectors, which make statics under these loads exact.
+  std::optional<Conditioning> conditioning;  // optional, /conditioning: of what was reduced, as it was reduced
+
+  // Optional, /loads/NAME: faces that are not on the interface, and the forces on the coordinates that a unit traction along x, y,
+  // z on them makes. The last n_residual of the modes are residual vectors, which make statics under these loads exact.
   struct InteriorLoad {
     double weight = 0;  // area of the faces
     Matrix force;       // n x 3

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/error.hpp"
+#include "common/number_text.hpp"
 
 namespace cbr {
 namespace {
@@ -53,6 +54,35 @@ Superelement::Accuracy read_accuracy(const Hdf5Reader& file, const std::string& 
   return a;
 }
 
+// Of one figure: what it is called in the file, where it is, and what it can be at least; condition numbers may be infinite.
+template <typename Of, typename Action>
+void each_figure(Of& c, const Action& action) {
+  action("K_II", c.K_II.plain, 1);
+  action("K_II_scaled", c.K_II.scaled, 1);
+  action("smallest_pivot", c.smallest_pivot, 0);
+  action("reduced_mass", c.mass.plain, 1);
+  action("reduced_mass_scaled", c.mass.scaled, 1);
+  action("mode_orthogonality", c.modes.orthogonality, 0);
+  action("mode_residual", c.modes.residual, 0);
+  action("rigid_forces", c.rigid, 0);
+  action("reduced_rigid_forces", c.reduced_rigid, 0);
+  action("softest", c.softest, 0);
+  action("lowest_omega", c.lowest_omega, 0);
+  action("largest_omega", c.largest_omega, 0);
+}
+
+// The attributes of the group that are words.
+template <typename Of, typename Action>
+void each_word(Of& c, const Action& action) {
+  action("inertia_counts", c.counts);
+  action("weakest_pivot_at", c.weakest);
+  action("rigid_forces_at", c.rigid_node);
+  action("motion_without_stiffness_at", c.loose_node);
+}
+
+// Estimates are from below, and rounded
+bool is_possible(double value, double least) { return value >= least * (1 - 1e-6) && (least == 1 || std::isfinite(value)); }
+
 }  // namespace
 
 bool has_extras(const Superelement& s) { return s.accuracy || !s.loads.empty() || s.n_residual > 0; }
@@ -64,6 +94,7 @@ void write_extras(Hdf5Writer& file, const std::string& prefix, const Superelemen
     file.write(prefix + "/loads/" + name + "/weight", load.weight);
   }
   if (s.n_residual > 0) file.attribute(root(prefix), "n_residual", s.n_residual);
+  write_conditioning(file, prefix, s.conditioning);
 }
 
 void read_extras(const Hdf5Reader& file, const std::string& prefix, Superelement& s) {
@@ -75,6 +106,58 @@ void read_extras(const Hdf5Reader& file, const std::string& prefix, Superelement
     }
   }
   if (file.has_attribute(root(prefix), "n_residual")) s.n_residual = file.read_index(root(prefix), "n_residual");
+  s.conditioning = read_conditioning(file, prefix);
+}
+
+void write_conditioning(Hdf5Writer& file, const std::string& prefix, const std::optional<Conditioning>& c) {
+  if (!c) return;
+  const std::string group = prefix + "/conditioning";
+  each_figure(*c, [&](const std::string& name, double value, double) {
+    if (!std::isnan(value)) file.write(group + "/" + name, value);
+  });
+  each_word(*c, [&](const std::string& name, const std::string& text) {
+    if (!text.empty()) file.attribute(group, name, text);
+  });
+  if (!c->knows_frequencies()) return;
+  file.attribute(group, "n_zero", c->n_zero);
+  file.attribute(group, "n_rigid", c->n_rigid);
+}
+
+std::optional<Conditioning> read_conditioning(const Hdf5Reader& file, const std::string& prefix) {
+  const std::string group = prefix + "/conditioning";
+  if (!file.has(group)) return {};
+  Conditioning c;
+  each_figure(c, [&](const std::string& name, double& value, double) {
+    const std::string dataset = group + "/" + name;
+    if (!file.has(dataset)) return;
+    value = file.read_scalar(dataset);
+    if (std::isnan(value)) throw InputError(file.file().string() + ": " + dataset + ": is not a number");  // would be: not known
+  });
+  each_word(c, [&](const std::string& name, std::string& text) {
+    if (file.has_attribute(group, name)) text = file.read_string(group, name);
+  });
+  if (!c.knows_frequencies()) return c;
+  c.n_zero = file.read_index(group, "n_zero");
+  c.n_rigid = file.read_index(group, "n_rigid");
+  return c;
+}
+
+void check_conditioning(const std::optional<Conditioning>& c, Index n, const std::string& where) {
+  if (!c) return;
+  const auto require = [&](bool right, const std::string& field, const std::string& what) {
+    if (!right) throw InputError(where + ": /conditioning: " + field + ": " + what);
+  };
+  each_figure(*c, [&](const std::string& name, double value, double least) {
+    require(std::isnan(value) || is_possible(value, least), name,
+            number_text(value) + " found, expected at least " + number_text(least));
+  });
+  if (!c->knows_frequencies()) return;
+  require(c->n_zero >= 0 && c->n_zero <= n, "attribute 'n_zero'",
+          std::to_string(c->n_zero) + " found, there are " + std::to_string(n) + " coordinates");
+  require(c->n_rigid >= 0 && c->n_rigid <= n, "attribute 'n_rigid'",
+          std::to_string(c->n_rigid) + " found, there are " + std::to_string(n) + " coordinates");
+  require(std::isnan(c->lowest_omega) || c->lowest_omega <= c->largest_omega, "lowest_omega",
+          number_text(c->lowest_omega) + " is above largest_omega, " + number_text(c->largest_omega));
 }
 
 void check_extras(const Superelement& s, const std::string& where) {
@@ -91,6 +174,7 @@ void check_extras(const Superelement& s, const std::string& where) {
     require(load.force.allFinite(), group + "/force", "not finite");
     require(std::isfinite(load.weight) && load.weight > 0, group + "/weight", "is not a positive number");
   }
+  check_conditioning(s.conditioning, s.n(), where);
   if (!s.accuracy) return;
   const Superelement::Accuracy& a = *s.accuracy;
   const std::string group = "/accuracy/";

@@ -21,6 +21,7 @@ constexpr const char* characteristic_version = "1.3";  // the same
 constexpr int format_major = 1;
 
 const char* version_of(const Superelement& s) {
+  if (s.conditioning) return conditioning_version;
   if (s.is_characteristic()) return characteristic_version;
   if (has_extras(s)) return extras_version;
   return s.is_massless() ? massless_version : plain_version;

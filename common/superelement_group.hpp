@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,7 @@ struct SuperelementGroup {
   // Optional diagonal form of join(): as Superelement::omega and V, in its order of coordinates.
   Vector omega;
   RowMatrix V;
+  std::optional<Conditioning> conditioning;  // optional, of what the domains make together
   std::map<std::string, std::string> provenance;
 
   bool has_diagonal_form() const { return omega.size() > 0; }

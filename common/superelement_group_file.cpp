@@ -7,6 +7,7 @@
 #include "common/hdf5_file.hpp"
 #include "common/number_text.hpp"
 #include "common/superelement_check.hpp"
+#include "common/superelement_extras.hpp"
 #include "common/superelement_file.hpp"
 #include "common/superelement_group.hpp"
 
@@ -32,6 +33,7 @@ class GroupChecker {
     check_mass(whole);
     // What a superelement and a group have in common: shapes of /diagonal, the rigid body, faces that fit each other.
     check_parts(whole, {false, parts.diagonal, false}, where_);
+    check_conditioning(group_.conditioning, whole.n(), where_);
     if (group_.has_diagonal_form() && parts.matrices) check_parts(join(group_), {true, true, false}, where_);
   }
 
@@ -141,6 +143,7 @@ SuperelementGroup read_superelement_group(const std::filesystem::path& path, con
     group.omega = file.read_vector("/diagonal/omega");
     group.V = file.read_row_matrix("/diagonal/V");
   }
+  group.conditioning = read_conditioning(file, "");
   group.provenance = read_provenance(file, "");
   GroupChecker(group, path.string()).check(parts);
   if (basis != group.domains.front().basis) {
@@ -156,7 +159,7 @@ void write_superelement_group(const SuperelementGroup& group, const std::filesys
   for (std::size_t d = 0; d < group.domains.size(); ++d) cbr::check(group.domains[d], path.string() + ": " + domain_path(d));
   GroupChecker(group, path.string()).check({});
   Hdf5Writer file(path);
-  write_format(file, "", superelement_group_format);
+  write_format(file, "", superelement_group_format, group.conditioning ? group_conditioning_version : "1.0");
   file.attribute("/", "content_hash", group.content_hash);
   file.attribute("/", "basis", group.domains.front().basis);
   file.attribute("/", "n_domains", static_cast<Index>(group.domains.size()));
@@ -168,6 +171,7 @@ void write_superelement_group(const SuperelementGroup& group, const std::filesys
     file.write("/diagonal/omega", group.omega);
     file.write("/diagonal/V", group.V);
   }
+  write_conditioning(file, "", group.conditioning);
   for (const auto& [key, value] : group.provenance) file.attribute("/provenance", key, value);
   file.commit();
 }

@@ -252,9 +252,10 @@ class Reducer {
     }
     const std::string about = report_.about();
     report_.about(about + "second reduction: ");
-    report_figures(figures.condition, report_);
-    warn_of_condition(figures.condition, report_);
+    report_conditioning(figures.condition, report_);
+    warn_of_conditioning(figures.condition, report_);
     report_.about(about);
+    s.conditioning = figures.condition;
     finish(std::move(s), figures, component, hash, provenance);
   }
 

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "common/error.hpp"
 #include "common/format_text.hpp"
@@ -15,13 +14,10 @@
 namespace cbr {
 namespace {
 
-constexpr double epsilon = std::numeric_limits<double>::epsilon();
-// Beyond these a warning is due: four digits are left of sixteen; a mode in another; forces on a body that only moves.
-constexpr double poor_condition = 1e12, poor_pivot = 1e-11, poor_modes = 1e-6, poor_rigid = 1e-8, lost_rigid = 1e-6;
-// Of the stiffness against a motion beside that of its own diagonal: below it is a mechanism, or as good as one.
-constexpr double no_stiffness = 1e-12;
-// Of the largest eigenvalue's round-off: a lowest elastic one below it has less than three digits.
-constexpr double few_digits = 1e3;
+// Of the reduced stiffness: forces of rigid motions beyond this leave no diagonal form.
+constexpr double lost_rigid = 1e-6;
+// Holds a motion without stiffness so far that a factor exists.
+constexpr double no_singularity = 1e-14;
 
 Vector random_signs(Index n) {
   Vector z(n);
@@ -70,12 +66,6 @@ RigidResidual worst_row(Index n, const Matrix& R, Rows absolute_sum, const Matri
   return worst;
 }
 
-std::string known(double value) { return std::isnan(value) ? "not computed" : format_text("%.1e", value); }
-
-double hertz(double omega) { return omega / (2 * std::numbers::pi); }
-
-int digits_lost(double condition) { return static_cast<int>(std::min(15L, std::lround(std::log10(std::max(condition, 1.0))))); }
-
 }  // namespace
 
 double inverse_norm(Index n, const std::function<void(Vector&)>& solve) {
@@ -108,7 +98,7 @@ double inverse_norm(Index n, const std::function<void(Vector&)>& solve) {
 
 ConditionNumbers condition_numbers(const SparseMatrix& A, const SparseCholesky& factor) {
   const Index n = A.rows();
-  if (n == 0) return {1, 1};
+  if (n == 0) return {};
   const Vector diagonal = A.diagonal(), D = diagonal.cwiseSqrt().cwiseInverse();
   ConditionNumbers numbers;
   numbers.plain = column_norm(A, Vector::Ones(n)) * inverse_norm(n, [&](Vector& x) { factor.solve(x.data(), x.data()); });
@@ -123,7 +113,7 @@ ConditionNumbers condition_numbers(const SparseMatrix& A, const SparseCholesky& 
 
 ConditionNumbers reduced_mass_condition(const Superelement& s) {
   const Index k = s.k(), c = s.c(), n = s.n();
-  if (n == 0) return {1, 1};
+  if (n == 0) return {};
   Matrix M_res = s.M_cc;
   if (k > 0) M_res.noalias() -= s.M_kc.transpose() * s.M_kc;
   const Eigen::LLT<Eigen::Ref<Matrix>> cholesky(M_res);  // in place
@@ -151,9 +141,9 @@ ConditionNumbers reduced_mass_condition(const Superelement& s) {
 }
 
 ModeCheck check_modes(const Partition& p, const Vector& lambda, const Matrix& Phi) {
-  ModeCheck check;
   const Index k = lambda.size();
-  if (k == 0) return check;
+  if (k == 0) return {};
+  ModeCheck check;
   const Vector z = random_signs(k);
   const Vector M_Phi_z = p.M_II * Vector(Phi * z);
   check.orthogonality = (Phi.transpose() * M_Phi_z - z).cwiseAbs().maxCoeff(&check.worst);
@@ -163,7 +153,7 @@ ModeCheck check_modes(const Partition& p, const Vector& lambda, const Matrix& Ph
 }
 
 void require_independent(const Partition& p, const Matrix& Phi, const ModeCheck& check) {
-  if (check.worst < 0 || check.orthogonality <= poor_modes) return;
+  if (check.worst < 0 || !is_dependent(check.orthogonality)) return;
   Vector overlap = Phi.transpose() * Vector(p.M_II * Phi.col(check.worst));
   overlap(check.worst) = 0;
   Index other = 0;
@@ -201,7 +191,7 @@ SoftestMotion softest_motion(Matrix K, const Matrix& R) {
   const Matrix Q = Eigen::HouseholderQR<Matrix>(D.cwiseInverse().asDiagonal() * R).householderQ() * Matrix::Identity(n, R.cols());
   const Matrix scaled = K;
   K.noalias() += Q * Q.transpose();
-  K.diagonal().array() += 1e-2 * no_stiffness;       // so that a factor exists
+  K.diagonal().array() += no_singularity;
   const Eigen::LLT<Eigen::Ref<Matrix>> cholesky(K);  // in place
   if (cholesky.info() != Eigen::Success) return {};
   Vector x = random_signs(n).normalized();
@@ -217,9 +207,7 @@ SoftestMotion softest_motion(Matrix K, const Matrix& R) {
   return softest;
 }
 
-bool is_without_stiffness(double softest) { return softest < no_stiffness; }
-
-Index examine_reduced(const Superelement& s, const Matrix& rigid, ReductionCondition& c) {
+Index examine_reduced(const Superelement& s, const Matrix& rigid, Conditioning& c) {
   Index dof = -1;
   c.mass = reduced_mass_condition(s);
   if (!s.has_diagonal_form()) {
@@ -234,7 +222,7 @@ Index examine_reduced(const Superelement& s, const Matrix& rigid, ReductionCondi
   return dof;
 }
 
-void require_free(const ReductionCondition& c) {
+void require_free(const Conditioning& c) {
   if (!(c.reduced_rigid > lost_rigid)) return;
   throw InputError(
       format_text("the stiffness is too ill-conditioned (%.0e, scaled by its diagonal) to be reduced: by round-off the reduced one "
@@ -242,68 +230,6 @@ void require_free(const ReductionCondition& c) {
                   c.K_II.scaled, c.reduced_rigid) +
       "; look for parts of very unlike stiffness, slivers, Poisson's ratio near 0.5, an interface nearly on one line" +
       (c.weakest.empty() ? "" : ", first at " + c.weakest));
-}
-
-void report_figures(const ReductionCondition& c, Report& report, bool of_domain) {
-  report.detail("condition of K_II: " + known(c.K_II.plain) + ", scaled by its diagonal " + known(c.K_II.scaled) +
-                "; weakest pivot " + known(c.smallest_pivot) + (c.weakest.empty() ? "" : " at " + c.weakest));
-  if (!of_domain)
-    report.detail("condition of the reduced mass: " + known(c.mass.plain) + ", scaled by its diagonal " + known(c.mass.scaled));
-  report.detail((c.has_modes ? format_text("modes: Phi^T M Phi - I %.1e, residual %.1e; ", c.modes.orthogonality, c.modes.residual)
-                             : std::string("modes: not checked; ")) +
-                (c.counts.empty() ? "no inertia counted" : "inertia counts " + c.counts));
-  report.detail("rigid motions: forces of K " + known(c.rigid) + ", of the reduced K " + known(c.reduced_rigid));
-  if (of_domain) return;
-  if (c.largest_omega > 0) {
-    report.detail(format_text("reduced frequencies: %lld are 0, lowest other %.6g Hz, highest %.6g Hz (critical step %.4g s)",
-                              static_cast<long long>(c.n_zero), hertz(c.lowest_omega), hertz(c.largest_omega),
-                              2 / c.largest_omega));
-  } else {
-    report.detail("reduced frequencies: not computed; the least stiffness against a motion that is not rigid, of its diagonal: " +
-                  known(c.softest));
-  }
-}
-
-void warn_of_condition(const ReductionCondition& c, Report& report) {
-  if (c.K_II.scaled > poor_condition || c.smallest_pivot < poor_pivot)
-    report.warning(format_text("the stiffness of the interior is ill-conditioned (%.0e): about %d of 16 digits are lost; ",
-                               c.K_II.scaled, digits_lost(c.K_II.scaled)) +
-                   "look for slivers, thin parts, Poisson's ratio near 0.5, parts of very unlike stiffness" +
-                   (c.weakest.empty() ? "" : ", first at " + c.weakest));
-  if (c.mass.scaled > poor_condition)
-    report.warning(
-        format_text("the reduced mass is ill-conditioned (%.0e): about %d of 16 digits are lost; ", c.mass.scaled,
-                    digits_lost(c.mass.scaled)) +
-        "keep fewer modes, or widen the interface: its nodes may hold the rest as a needle's point does, or be much lighter");
-  if (c.modes.residual > poor_modes)
-    report.warning(
-        format_text("the fixed-interface modes are inaccurate (residual %.0e): look for the cause in the stiffness of the "
-                    "interior, or ask for fewer modes",
-                    c.modes.residual));
-  const double rigid = std::fmax(c.rigid, c.reduced_rigid);  // that which is known
-  if (rigid > poor_rigid)
-    report.warning(format_text("the stiffness resists rigid motions by %.0e of its size", rigid) +
-                   (c.rigid_node.empty() ? "" : ", most at " + c.rigid_node) +
-                   ": free bodies will not move freely; look for very thin or very distorted elements there");
-  if (c.n_zero > c.n_rigid)
-    report.warning(
-        format_text("the reduced component has %lld motion%s without stiffness beside its %lld rigid ones: a mechanism, which will "
-                    "move freely, or a part too soft for a double beside the rest",
-                    static_cast<long long>(c.n_zero - c.n_rigid), c.n_zero - c.n_rigid == 1 ? "" : "s",
-                    static_cast<long long>(c.n_rigid)) +
-        (c.loose_node.empty() ? "" : "; it moves most at " + c.loose_node));
-  if (is_without_stiffness(c.softest))
-    report.warning(
-        format_text("the reduced component has a motion without stiffness (%.0e of its diagonal) beside its rigid ones: a "
-                    "mechanism, which will move freely, or a part too soft for a double beside the rest",
-                    c.softest) +
-        (c.loose_node.empty() ? "" : "; it moves most at " + c.loose_node));
-  const double digits = c.lowest_omega * c.lowest_omega / (epsilon * c.largest_omega * c.largest_omega);
-  if (c.lowest_omega > 0 && digits < few_digits)
-    report.warning(
-        format_text("the lowest elastic frequency, %.4g Hz, is so far below the highest, %.4g Hz, that %s of its digits are right: "
-                    "use larger or less flat elements where they are stiffest",
-                    hertz(c.lowest_omega), hertz(c.largest_omega), digits < 10 ? "none" : "one or two"));
 }
 
 }  // namespace cbr

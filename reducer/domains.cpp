@@ -84,7 +84,7 @@ class DomainReducer {
     rethrow();
     for (std::size_t d = 0; d < figures_.size(); ++d) {
       report.about(about_of(d));
-      report_figures(figures_[d].reduction.condition, report, true);
+      report_conditioning(figures_[d].reduction.condition, report, true);
     }
     report.about(about_);
     figures.domains = std::move(figures_);
@@ -168,7 +168,7 @@ void add_diagonal(const Mesh& mesh, Index limit, Report& report, SuperelementGro
   const auto phase = report.phase("diagonal form");
   Superelement whole = join(group);
   const std::vector<Index> part = parts_of(mesh, whole.node_ids);
-  ReductionCondition condition;
+  Conditioning condition;
   condition.n_rigid = add_diagonal_form(whole, part);
   condition.reduced_rigid =
       rigid_residual(whole.K_cc, reduced_rigid_modes(whole, group.rigid_body.center).bottomRows(whole.c())).value;
@@ -176,9 +176,10 @@ void add_diagonal(const Mesh& mesh, Index limit, Report& report, SuperelementGro
   if (loose >= 0) condition.loose_node = "node " + std::to_string(whole.node_ids[static_cast<std::size_t>(loose / 3)]);
   const std::string about = report.about();
   report.about(about + "the domains together: ");
-  report_figures(condition, report);
-  warn_of_condition(condition, report);
+  report_conditioning(condition, report);
+  warn_of_conditioning(condition, report);
   report.about(about);
+  group.conditioning = condition;
   group.omega = std::move(whole.omega);
   group.V = std::move(whole.V);
 }

@@ -62,7 +62,7 @@ SparseCholesky factorise(Reduction& r) {
         "too weakly for a double, as very thin parts are and what an interface nearly on one line holds; mend the mesh "
         "there or put nodes of that part into the interface");
   }
-  ReductionCondition& condition = r.figures.condition;
+  Conditioning& condition = r.figures.condition;
   condition.smallest_pivot = factor.smallest_pivot();
   condition.weakest = node_of_interior_dof(r, factor.weakest_column());
   condition.K_II = condition_numbers(r.p.K_II, factor);
@@ -82,7 +82,7 @@ void check_found(Reduction& r, const FixedInterfaceModes& modes) {
   r.figures.mode_method = modes.method;
   r.figures.modes_proven = modes.proven;
   r.figures.condition.counts = modes.counts;
-  r.figures.condition.modes = check_modes(r.p, modes.lambda, modes.Phi), r.figures.condition.has_modes = true;
+  r.figures.condition.modes = check_modes(r.p, modes.lambda, modes.Phi);
   require_independent(r.p, modes.Phi, r.figures.condition.modes);
 }
 
@@ -216,7 +216,6 @@ void make_free(Reduction& r, const SparseCholesky& factor, Condensation& condens
   r.figures.n_candidates = s.k();
   r.figures.mode_method = m.method, r.figures.modes_proven = m.proven;
   r.figures.condition.counts = m.counts, r.figures.condition.modes = m.modes;
-  r.figures.condition.has_modes = true;
   if (r.options.modes) warn_of_cut_pair(s.eigenvalues, m.next, r.report);
   keep_figures(r, s, std::move(m));
 }
@@ -363,8 +362,9 @@ Superelement reduce_to(const std::vector<Index>* interface, const Mesh& mesh, co
   describe_interface(r, s);
   s.basis = options.basis;
   condense_and_keep(r, s);
-  if (!settings.is_domain) report_figures(r.figures.condition, report);  // of domains in their order, when all are done
-  warn_of_condition(r.figures.condition, report);
+  if (!settings.is_domain) report_conditioning(r.figures.condition, report);  // of domains in their order, when all are done
+  warn_of_conditioning(r.figures.condition, report);
+  s.conditioning = r.figures.condition;
   if (figures != nullptr) *figures = r.figures;
   return s;
 }

@@ -34,7 +34,7 @@ struct ReductionFigures {
   double factor_nonzeros = 0, factor_flops = 0, solve_flops = 0, product_flops = 0;
   CondensationWay way = CondensationWay::product;
   Index panel = 0;
-  ReductionCondition condition;
+  Conditioning condition;
   MasslessFigures massless;              // of basis massless
   CharacteristicFigures characteristic;  // of basis characteristic
 };

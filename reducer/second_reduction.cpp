@@ -155,7 +155,7 @@ Superelement reduce_again(const SuperelementGroup& group, const std::vector<Inde
   f.condition.smallest_pivot = factor.smallest_pivot();
   f.condition.K_II = condition_numbers(p.K_II, factor);
   f.condition.counts = modes.counts;
-  f.condition.modes = check_modes(p, modes.lambda, modes.Phi), f.condition.has_modes = true;
+  f.condition.modes = check_modes(p, modes.lambda, modes.Phi);
   require_independent(p, modes.Phi, f.condition.modes);
   CondensationOptions how;
   how.memory = panel_memory(settings.memory, p, factor, modes.Phi);

@@ -143,6 +143,7 @@ ReducedComponent of_group(const SceneIndex& index, const Component& component, c
   reduced.options = options;
   reduced.geometry = std::make_shared<Geometry>(geometry_of(nodes));
   reduced.rigid_body = group.rigid_body;
+  reduced.conditioning = group.conditioning;
   for (const Superelement& domain : group.domains) reduced.n_modal += domain.k();
   reduced.n_dofs = reduced.n_modal + 3 * nodes.coordinates.rows();
   const Needs needs = needs_of(index, component, reduced, !options.half_modes && stores_diagonal_form(file));
@@ -170,6 +171,23 @@ bool moves_freely_in_diagonal_form(const SceneIndex& index, const Component& com
     return coordinates_of_reduced(index, *i, reduced, stored) == Coordinates::modal && !index.is_held(*i) &&
            !has_shells(index.scene(), *i, *reduced.geometry) && !scales_from_matrices(index, *i, reduced, stored);
   });
+}
+
+// What the reduction knew of its conditioning holds for every run: as cbr-reduce told it.
+void tell_conditioning(const Component& component, const ReducedComponent& reduced, Report& report) {
+  const std::string before = report.about(), about = before + "component '" + component.name + "': ";
+  const std::size_t n = reduced.parts.size();
+  const auto tell = [&](const std::optional<Conditioning>& conditioning, const std::string& of, bool is_domain) {
+    if (!conditioning) return;
+    report.about(about + of);
+    report_conditioning(*conditioning, report, is_domain);
+    warn_of_conditioning(*conditioning, report);
+  };
+  for (std::size_t d = 0; d < n; ++d)
+    tell(reduced.parts[d].superelement->conditioning,
+         n > 1 ? "domain " + std::to_string(d + 1) + " of " + std::to_string(n) + ": " : "", n > 1);
+  tell(reduced.conditioning, "the domains together: ", false);
+  report.about(before);
 }
 
 // Shells are put beside K_cc and M_cc.
@@ -227,6 +245,7 @@ ReducedComponent read_reduced(const SceneIndex& index, const Component& componen
     reduced = is_superelement_group(component.reduction->superelement) ? of_group(index, component, options)
                                                                        : of_one(index, component, options);
   }
+  if (!options.half_modes) tell_conditioning(component, reduced, report);
   const std::string file = component.reduction->superelement.string();
   if (reduced.superelement && !reduced.superelement->has_interface_matrices()) {
     const auto phase = report.phase("setup");

@@ -43,6 +43,7 @@ struct ReducedComponent {
   std::shared_ptr<const DiagonalForm> form;      // of the free superelement, when an instance moves in it
   std::shared_ptr<const MasslessForm> massless;  // of the free superelement, of basis massless; then there is no `form`
   RigidBody rigid_body;
+  std::optional<Conditioning> conditioning;  // of the domains together; that of a superelement, or a domain, is in `parts`
   Index n_modal = 0, n_dofs = 0;
   BuildOptions options;
 };
