@@ -8,6 +8,7 @@
 #include <memory>
 #include <vector>
 
+#include "common/checksum.hpp"
 #include "common/error.hpp"
 #include "common/number_text.hpp"
 #include "common/scene.hpp"
@@ -105,6 +106,21 @@ std::string file_hash(const std::filesystem::path& file) {
   if (in.bad()) throw InputError(file.string() + ": cannot be read: " + std::strerror(errno));
   return hexadecimal(XXH3_128bits_digest(state.get()));
 }
+
+struct Checksum::State {
+  XXH3_state_t* const xxh3 = XXH3_createState();
+  State() { XXH3_64bits_reset(xxh3); }
+  ~State() { XXH3_freeState(xxh3); }
+  State(const State&) = delete;
+  State& operator=(const State&) = delete;
+};
+
+Checksum::Checksum() : state_(std::make_unique<State>()) {}
+Checksum::~Checksum() = default;
+void Checksum::add(const void* data, std::size_t bytes) {
+  if (bytes > 0) XXH3_64bits_update(state_->xxh3, data, bytes);
+}
+Index Checksum::value() const { return static_cast<Index>(XXH3_64bits_digest(state_->xxh3)); }
 
 std::string bytes_hash(std::string_view bytes) { return hexadecimal(XXH3_128bits(bytes.data(), bytes.size())); }
 

@@ -13,6 +13,8 @@
 
 namespace cbr {
 
+inline constexpr const char* checksum_attribute = "checksum";
+
 // Writes to a temporary file beside `file`; commit() renames it. Without commit() nothing is left behind.
 // Groups on the way are made. RunError names the path when the system refuses. Strings are UTF-8 of variable length, which
 // h5py reads as str. Superblock and object headers of HDF5 1.8 and later: they carry checksums.
@@ -34,6 +36,8 @@ class Hdf5Writer {
   void write(const std::string& dataset, const Matrix& values);              // rows x columns, row-major in the file
   void write(const std::string& dataset, const RowMatrix& values);           // likewise, without a copy
   void write(const std::string& dataset, const Points& values);
+  // From here on each dataset gets the attribute `checksum_attribute`: XXH3 (64 bit) of its numbers as they are in the file, int64.
+  void add_checksums();
   void link(const std::string& dataset, const std::string& name);  // one more name of a dataset that is there
   // Object "/" is the root; a group that is not there yet is made.
   void attribute(const std::string& object, const std::string& name, const std::string& value);
@@ -50,7 +54,8 @@ class Hdf5Writer {
 };
 
 // InputError "FILE: /dataset: ..." for what is missing, of the wrong type or shape, or not readable (truncated). Nothing is
-// allocated for a dataset that claims to hold more than the file can. A scalar may be of shape () or (1).
+// allocated for a dataset that claims to hold more than the file can. A scalar may be of shape () or (1). A dataset that has a
+// checksum is refused when its numbers are others; one without is taken as it is.
 class Hdf5Reader {
  public:
   explicit Hdf5Reader(const std::filesystem::path& file);

@@ -4,6 +4,7 @@
 #include <cstring>
 #include <fstream>
 
+#include "common/checksum.hpp"
 #include "common/error.hpp"
 #include "common/hdf5_file.hpp"
 #include "common/hdf5_handle.hpp"
@@ -153,11 +154,31 @@ struct Hdf5Reader::Impl {
     return join(words);
   }
 
+  // Of 8 bytes a number
   void read_whole(hid_t dataset, const std::string& name, hid_t memory_type, void* data, Index size) const {
     if (size == 0) return;
     if (H5Dread(dataset, memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) < 0) {
       fail(name, "cannot be read: the file is truncated or damaged");
     }
+    if (!has_checksum(dataset)) return;
+    Checksum checksum;
+    checksum.add(data, 8 * static_cast<std::size_t>(size));
+    require_checksum(dataset, name, checksum);
+  }
+
+  static bool has_checksum(hid_t dataset) { return H5Aexists(dataset, checksum_attribute) > 0; }
+
+  void require_checksum(hid_t dataset, const std::string& name, const Checksum& checksum) const {
+    const Handle attribute(H5Aopen(dataset, checksum_attribute, H5P_DEFAULT), H5Aclose);
+    const Handle type(H5Aget_type(attribute), H5Tclose), space(H5Aget_space(attribute), H5Sclose);
+    Index value = 0;
+    if (H5Tget_class(type) != H5T_INTEGER || H5Sget_simple_extent_npoints(space) != 1 ||
+        H5Aread(attribute, H5T_NATIVE_INT64, &value) < 0)
+      fail(name, "attribute 'checksum' is not one whole number");
+    if (value == checksum.value()) return;
+    fail(name,
+         "its numbers are not those that were written (attribute 'checksum'): the file was damaged or edited; make it anew (for a "
+         "superelement: cbr-reduce --force), or, where the change is meant, delete the attribute");
   }
 
   Handle open_attribute(const std::string& object, const std::string& name) const {
@@ -227,6 +248,8 @@ Matrix Hdf5Reader::read_matrix(const std::string& dataset) const {
   const auto extent = impl_->expect(opened, dataset, H5T_FLOAT, 2);
   Matrix values(extent[0], extent[1]);
   if (values.size() == 0) return values;
+  const bool checked = Impl::has_checksum(opened);
+  Checksum checksum;
   RowMatrix rows;
   for (Index first = 0, step = hdf5::panel_rows(values.cols()); first < values.rows(); first += step) {
     rows.resize(std::min<Index>(step, values.rows() - first), values.cols());
@@ -234,8 +257,10 @@ Matrix Hdf5Reader::read_matrix(const std::string& dataset) const {
     if (H5Dread(opened, H5T_NATIVE_DOUBLE, memory, file, H5P_DEFAULT, rows.data()) < 0) {
       impl_->fail(dataset, "cannot be read: the file is truncated or damaged");
     }
+    if (checked) checksum.add(rows.data(), sizeof(double) * static_cast<std::size_t>(rows.size()));
     values.middleRows(first, rows.rows()) = rows;
   }
+  if (checked) impl_->require_checksum(opened, dataset, checksum);
   return values;
 }
 

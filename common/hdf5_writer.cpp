@@ -3,9 +3,11 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <bit>
 #include <cerrno>
 #include <cstring>
 
+#include "common/checksum.hpp"
 #include "common/error.hpp"
 #include "common/hdf5_file.hpp"
 #include "common/hdf5_handle.hpp"
@@ -20,6 +22,9 @@ using hdf5::Handle;
 // The library would close all files once more at the end of the program, those that could not be written included; ours are
 // closed long before. To be said before its first use, by whomever: netCDF uses it as well.
 [[maybe_unused]] const bool no_exit_handler = H5dont_atexit() >= 0;
+
+// Checksums are of bytes in memory, which are those in the file
+static_assert(std::endian::native == std::endian::little);
 
 Handle string_type() {
   Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
@@ -40,6 +45,7 @@ Handle timeless(hid_t kind) {
 struct Hdf5Writer::Impl {
   TemporaryFile temporary;
   Handle file;
+  bool checksums = false;
 
   explicit Impl(const fs::path& target) : temporary(target) {
     hdf5::silence();
@@ -107,12 +113,24 @@ struct Hdf5Writer::Impl {
     return dataset;
   }
 
-  // `data` is row-major, as in the file.
+  void write_checksum(hid_t dataset, const std::string& name, const Checksum& checksum) const {
+    const Index value = checksum.value();
+    const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
+    const Handle attribute(H5Acreate2(dataset, checksum_attribute, H5T_STD_I64LE, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+    require(attribute.ok() && H5Awrite(attribute, H5T_NATIVE_INT64, &value) >= 0, name);
+  }
+
+  // `data` is row-major, as in the file, of 8 bytes a number.
   void write_whole(const std::string& name, hid_t file_type, hid_t memory_type, const std::vector<hsize_t>& shape,
                    const void* data) const {
     const Handle dataset = make_dataset(name, file_type, shape);
-    const bool empty = std::find(shape.begin(), shape.end(), 0) != shape.end();
-    require(empty || H5Dwrite(dataset, memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) >= 0, name);
+    std::size_t size = 1;
+    for (const hsize_t length : shape) size *= length;
+    require(size == 0 || H5Dwrite(dataset, memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) >= 0, name);
+    if (!checksums) return;
+    Checksum checksum;
+    checksum.add(data, 8 * size);
+    write_checksum(dataset, name, checksum);
   }
 
   void write_attribute(const std::string& object, const std::string& name, hid_t type, hid_t memory_type, const void* value) const {
@@ -146,7 +164,7 @@ void Hdf5Writer::write(const std::string& dataset, const std::vector<Index>& val
 }
 
 void Hdf5Writer::write(const std::string& dataset, const std::vector<int>& values) {
-  impl_->write_whole(dataset, H5T_STD_I64LE, H5T_NATIVE_INT, {values.size()}, values.data());
+  write(dataset, std::vector<Index>(values.begin(), values.end()));
 }
 
 void Hdf5Writer::write(const std::string& dataset, const IndexTable& values) {
@@ -166,14 +184,18 @@ void Hdf5Writer::write(const std::string& dataset, const RowMatrix& values) {
 void Hdf5Writer::write(const std::string& dataset, const Matrix& values) {
   const Handle made =
       impl_->make_dataset(dataset, H5T_IEEE_F64LE, {static_cast<hsize_t>(values.rows()), static_cast<hsize_t>(values.cols())});
-  if (values.size() == 0) return;
+  Checksum checksum;
   RowMatrix rows;
-  for (Index first = 0, step = hdf5::panel_rows(values.cols()); first < values.rows(); first += step) {
+  for (Index first = 0, step = hdf5::panel_rows(values.cols()); values.size() > 0 && first < values.rows(); first += step) {
     rows = values.middleRows(first, std::min<Index>(step, values.rows() - first));
     const auto [memory, file] = hdf5::panel(made, first, rows.rows(), rows.cols());
     impl_->require(H5Dwrite(made, H5T_NATIVE_DOUBLE, memory, file, H5P_DEFAULT, rows.data()) >= 0, dataset);
+    if (impl_->checksums) checksum.add(rows.data(), sizeof(double) * static_cast<std::size_t>(rows.size()));
   }
+  if (impl_->checksums) impl_->write_checksum(made, dataset, checksum);
 }
+
+void Hdf5Writer::add_checksums() { impl_->checksums = true; }
 
 void Hdf5Writer::link(const std::string& dataset, const std::string& name) {
   errno = 0;

@@ -85,8 +85,6 @@ bool is_possible(double value, double least) { return value >= least * (1 - 1e-6
 
 }  // namespace
 
-bool has_extras(const Superelement& s) { return s.accuracy || !s.loads.empty() || s.n_residual > 0; }
-
 void write_extras(Hdf5Writer& file, const std::string& prefix, const Superelement& s) {
   if (s.accuracy) write_accuracy(file, prefix + "/accuracy", *s.accuracy);
   for (const auto& [name, load] : s.loads) {

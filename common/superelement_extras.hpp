@@ -11,10 +11,6 @@
 
 namespace cbr {
 
-inline constexpr const char* extras_version = "1.2";
-inline constexpr const char *conditioning_version = "1.4", *group_conditioning_version = "1.1";
-
-bool has_extras(const Superelement& superelement);
 void write_extras(Hdf5Writer& file, const std::string& prefix, const Superelement& superelement);
 void read_extras(const Hdf5Reader& file, const std::string& prefix, Superelement& superelement);
 // InputError "WHERE: FIELD: ..."

@@ -15,17 +15,7 @@
 namespace cbr {
 namespace {
 
-constexpr const char* plain_version = "1.0";
-constexpr const char* massless_version = "1.1";        // a reader of 1.0 does not find its matrices there
-constexpr const char* characteristic_version = "1.3";  // the same
 constexpr int format_major = 1;
-
-const char* version_of(const Superelement& s) {
-  if (s.conditioning) return conditioning_version;
-  if (s.is_characteristic()) return characteristic_version;
-  if (has_extras(s)) return extras_version;
-  return s.is_massless() ? massless_version : plain_version;
-}
 
 // The object that carries the attributes.
 std::string root(const std::string& prefix) { return prefix.empty() ? "/" : prefix; }
@@ -243,7 +233,7 @@ Superelement read_superelement_at(const Hdf5Reader& file, const std::string& pre
 }
 
 void write_superelement_at(Hdf5Writer& file, const std::string& prefix, const Superelement& s) {
-  write_format(file, prefix, superelement_format, version_of(s));
+  write_format(file, prefix, superelement_format, superelement_version);
   file.attribute(root(prefix), "content_hash", s.content_hash);
   file.attribute(root(prefix), "basis", s.basis);
   file.attribute(root(prefix), "n_modes", s.k());
@@ -286,6 +276,7 @@ Superelement read_superelement(const std::filesystem::path& path, const Superele
 void write_superelement(const Superelement& s, const std::filesystem::path& path) {
   check(s, path.string());
   Hdf5Writer file(path);
+  file.add_checksums();
   write_superelement_at(file, "", s);
   file.commit();
 }

@@ -159,7 +159,8 @@ void write_superelement_group(const SuperelementGroup& group, const std::filesys
   for (std::size_t d = 0; d < group.domains.size(); ++d) cbr::check(group.domains[d], path.string() + ": " + domain_path(d));
   GroupChecker(group, path.string()).check({});
   Hdf5Writer file(path);
-  write_format(file, "", superelement_group_format, group.conditioning ? group_conditioning_version : "1.0");
+  file.add_checksums();
+  write_format(file, "", superelement_group_format, superelement_group_version);
   file.attribute("/", "content_hash", group.content_hash);
   file.attribute("/", "basis", group.domains.front().basis);
   file.attribute("/", "n_domains", static_cast<Index>(group.domains.size()));

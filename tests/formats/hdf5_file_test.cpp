@@ -65,6 +65,58 @@ TEST(Hdf5File, matricesOfEveryShapeComeBack) {
   }
 }
 
+// One bit of one number changed in the file itself, behind the library's back; panels of large matrices as well.
+TEST(Hdf5File, numbersThatAreNotThoseThatWereWrittenAreRefused) {
+  const TemporaryFolder folder;
+  const std::filesystem::path file = folder / "f.h5";
+  const Vector vector = Vector::Random(7);
+  const Matrix matrix = Matrix::Random(3, 700000);
+  const std::vector<Index> indices{3, Index{1} << 60, 12345678901};
+  Hdf5Writer writer(file);
+  writer.add_checksums();
+  writer.write("/scalar", 0.123456789);
+  writer.write("/vector", vector);
+  writer.write("/matrix", matrix);
+  writer.write("/rows", RowMatrix(matrix));
+  writer.write("/points", Points(Points::Constant(4, 3, 0.987654321)));
+  writer.write("/indices", indices);
+  writer.write("/ints", std::vector<int>{98765432, 2});
+  writer.write("/table", IndexTable(IndexTable::Constant(2, 4, 192837465)));
+  writer.write("/none", Vector());
+  writer.write("/no rows", Matrix(0, 4));
+  writer.commit();
+  const auto read_all = [&] {
+    const Hdf5Reader reader(file);
+    reader.read_scalar("/scalar"), reader.read_vector("/vector"), reader.read_matrix("/matrix"), reader.read_matrix("/rows");
+    reader.read_row_matrix("/matrix"), reader.read_row_matrix("/rows"), reader.read_points("/points");
+    reader.read_indices("/indices"), reader.read_indices("/ints"), reader.read_index_table("/table");
+    reader.read_vector("/none"), reader.read_matrix("/no rows");
+  };
+  EXPECT_NO_THROW(read_all());
+  EXPECT_EQ(Hdf5Reader(file).read_index("/matrix", "checksum"), Hdf5Reader(file).read_index("/rows", "checksum"));
+  const std::string bytes = test::bytes_of(file);
+  const auto bytes_of_value = [](const auto& value) { return std::string(reinterpret_cast<const char*>(&value), sizeof value); };
+  const std::pair<std::string, std::string> numbers[] = {
+      {"/scalar", bytes_of_value(0.123456789)},       {"/vector", bytes_of_value(vector(6))},
+      {"/matrix", bytes_of_value(matrix(2, 699999))}, {"/points", bytes_of_value(0.987654321)},
+      {"/indices", bytes_of_value(indices[2])},       {"/ints", bytes_of_value(Index{98765432})},
+      {"/table", bytes_of_value(Index{192837465})}};
+  for (const auto& [dataset, number] : numbers) {
+    const std::size_t at = bytes.find(number);
+    ASSERT_NE(at, std::string::npos) << dataset;
+    std::string damaged = bytes;
+    damaged[at] = static_cast<char>(damaged[at] ^ 1);  // the last bit of 53
+    test::write_bytes(file, damaged);
+    try {
+      read_all();
+      ADD_FAILURE() << dataset;
+    } catch (const InputError& error) {
+      EXPECT_NE(std::string(error.what()).find(file.string() + ": " + dataset + ": its numbers are not those"), std::string::npos)
+          << error.what();
+    }
+  }
+}
+
 // Larger than what is looked at whole for damaged strings; strings at the beginning, in the middle and at the end.
 TEST(Hdf5File, stringsOfALargeFileComeBack) {
   const TemporaryFolder folder;

@@ -6,6 +6,7 @@ And the other way round: what h5py writes in its own manner is read by us.
 usage: superelement_h5py.py PROGRAM, which is tests/formats/sample_file.cpp.
 Exit 77 (skipped) without h5py.
 """
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -33,7 +34,7 @@ EXPECTED = {
     "recovery/Psi": (F, (6, c)), "recovery/Phi": (F, (6, k)),
     "recovery/blocks/000000/connectivity": (I, (2, 4)), "recovery/blocks/000000/element_id": (I, (2,)),
 }
-ATTRIBUTES = {"format": "cbr-superelement", "format_version": "1.0", "content_hash": "0123456789abcdef0123456789abcdef",
+ATTRIBUTES = {"format": "cbr-superelement", "format_version": "1.4", "content_hash": "0123456789abcdef0123456789abcdef",
               "basis": "craig-bampton", "n_modes": k, "n_interface": c}
 
 
@@ -123,6 +124,34 @@ def check_files_of_h5py(program, name):
             assert done.returncode == 0, (how, libver, done.stderr)
 
 
+def check_edits(program, name):
+    """What a script changes in place is told, and read when it says so; what it puts anew has no checksum to be at odds with."""
+    copy = name.with_name("edited.h5")
+
+    def read(edit):
+        shutil.copy(name, copy)
+        with h5py.File(copy, "r+") as file:
+            edit(file, "recovery/Psi")
+        return subprocess.run([program, "read", str(copy)], capture_output=True, text=True)
+
+    def in_place(file, dataset):
+        file[dataset][2, 1] += 1e-9
+
+    def meant(file, dataset):
+        in_place(file, dataset)
+        del file[dataset].attrs["checksum"]
+
+    def anew(file, dataset):
+        values = 2 * file[dataset][()]
+        del file[dataset]
+        file[dataset] = values
+
+    told = read(in_place)
+    assert told.returncode == 2 and "/recovery/Psi: its numbers are not those" in told.stderr, told
+    for edit in (meant, anew):
+        assert read(edit).returncode == 1, edit  # read, and another superelement
+
+
 def main():
     program = sys.argv[1]
     with tempfile.TemporaryDirectory() as folder:
@@ -134,6 +163,8 @@ def main():
                 print("ok", check.__name__)
         check_files_of_h5py(program, name)
         print("ok check_files_of_h5py")
+        check_edits(program, name)
+        print("ok check_edits")
 
 
 if __name__ == "__main__":
