@@ -78,16 +78,19 @@ Vector law_violations(const ContactProblem& problem, const Vector& p, const Vect
     const Index row = problem.first[i];
     const double w = problem.w[i];
     if (law.law == ContactLaw::tied) {
-      violation[i] = gap.segment<3>(row).norm();
+      violation[i] = std::hypot(gap[row], gap[row + 1], gap[row + 2]);
       continue;
     }
     violation[i] = w > 0 ? std::abs(std::min(w * p[row], gap[row])) : std::max(0.0, -gap[row]);
     if (law.law != ContactLaw::coulomb || !(w > 0)) continue;
     const double limit = law.friction * std::max(0.0, p[row]);
     Eigen::Vector2d target = p.segment<2>(row + 1) - gap.segment<2>(row + 1) / w;
-    if (target.norm() > limit) target *= limit / target.norm();
-    violation[i] = std::hypot(violation[i], w * (p.segment<2>(row + 1) - target).norm());
+    const double length = std::hypot(target[0], target[1]);
+    if (length > limit) target *= limit / length;
+    violation[i] = std::hypot(violation[i], w * (p[row + 1] - target[0]), w * (p[row + 2] - target[1]));
   }
+  for (double& of : violation)
+    if (std::isnan(of)) of = HUGE_VAL;  // beyond a double's reach; norms may leave a NaN out
   return violation;
 }
 

@@ -144,6 +144,7 @@ Index ContactNewton::n_factored() const { return impl_->factor.n_factored(); }
 NewtonResult ContactNewton::solve(const ContactProblem& problem, const Vector& g, Vector p, Vector gap, LinearSolver linear,
                                   int max_iterations, double tolerance) {
   NewtonResult best;
+  best.p = Vector::Zero(g.size()), best.gap = g;
   best.residual = std::numeric_limits<double>::infinity();
   std::vector<std::vector<PointState>> seen;
   double merit = law_violations(problem, p, gap).norm();
@@ -169,10 +170,7 @@ NewtonResult ContactNewton::solve(const ContactProblem& problem, const Vector& g
       merit = std::numeric_limits<double>::infinity();
     }
   }
-  if (best.p.size() == 0) {
-    best.residual = std::numeric_limits<double>::infinity();
-    keep_best(problem, g, Vector::Zero(g.size()), g, best);
-  }
+  if (!(best.residual < std::numeric_limits<double>::infinity())) keep_best(problem, g, Vector::Zero(g.size()), g, best);
   return best;
 }
 

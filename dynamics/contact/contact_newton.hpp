@@ -13,7 +13,7 @@ class StateArchive;
 
 struct NewtonResult {
   Vector p, gap;        // the best of all iterates, within the laws' cones
-  double residual = 0;  // largest violation of a law, a length
+  double residual = 0;  // largest violation of a law, a length; infinite, and p = 0, beyond a double's reach
   int iterations = 0;
   bool converged = false;
 };

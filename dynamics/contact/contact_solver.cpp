@@ -5,6 +5,7 @@
 #include "dynamics/contact/contact_solver.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <optional>
 #include <utility>
@@ -48,8 +49,9 @@ bool can_factor(const ContactProblem& problem) {
   return problem.n_rows() <= (friction ? lu_rows : factor_rows);
 }
 
-// The best so far; p within the laws' cones.
+// The best so far; p within the laws' cones. None at first, which is what stays when magnitudes are beyond a double's reach.
 struct Best {
+  explicit Best(const Vector& g) : p(Vector::Zero(g.size())), gap(g) {}
   Vector p, gap;
   double residual = std::numeric_limits<double>::infinity();  // a length
   double good = 0;                                            // a residual that calls for no other method
@@ -66,9 +68,10 @@ struct Best {
 // One problem: W and laws, and what can be kept between right-hand sides.
 class Methods {
  public:
-  explicit Methods(ContactProblem problem) : problem_(std::move(problem)) {}
+  explicit Methods(ContactProblem problem) : problem_(std::move(problem)), is_finite_(all_finite(problem_.W)) {}
   const ContactProblem& problem() const { return problem_; }
   bool friction() const { return has_friction(problem_); }
+  bool is_finite() const { return is_finite_; }  // of W
 
   void newton(const Vector& g, const Vector& p, const Vector& gap, LinearSolver linear, int iterations, double scale, Best& best) {
     NewtonResult result = newton_.solve(problem_, g, p, gap, linear, iterations, aim * scale);
@@ -88,6 +91,7 @@ class Methods {
   void renumber(GapResponse W, std::vector<PointLaw> laws, const std::vector<Index>& from) {
     const std::vector<Index> first = problem_.first;
     problem_ = contact_problem(std::move(W), std::move(laws));
+    is_finite_ = all_finite(problem_.W);
     std::vector<Index> rows(static_cast<std::size_t>(problem_.n_rows()), -1);
     for (std::size_t i = 0; i < from.size(); ++i)
       for (Index d = 0; from[i] >= 0 && d < n_rows(problem_.laws[i].law); ++d) rows[problem_.first[i] + d] = first[from[i]] + d;
@@ -99,7 +103,10 @@ class Methods {
   // The rest follows from W and the laws, whenever it is asked for.
   void keep_state(StateArchive& archive) {
     archive(problem_.W, problem_.laws);
-    if (archive.restores()) problem_ = contact_problem(std::move(problem_.W), std::move(problem_.laws));
+    if (archive.restores()) {
+      problem_ = contact_problem(std::move(problem_.W), std::move(problem_.laws));
+      is_finite_ = all_finite(problem_.W);
+    }
     archive(basic_first_);
     newton_.keep_state(archive, problem_);
   }
@@ -147,6 +154,7 @@ class Methods {
 
  private:
   ContactProblem problem_;
+  bool is_finite_ = true;
   ContactNewton newton_;
   bool basic_first_ = false;  // it has solved what Newton's method did not
   std::optional<BlockGaussSeidel> sweeps_;
@@ -157,7 +165,7 @@ class Methods {
 void attempt(Methods& methods, const Vector& g, const Vector& guess, double scale, Best& best) {
   const ContactProblem& problem = methods.problem();
   if (methods.standing(g, scale, best)) return;
-  Best start;
+  Best start(g);
   Vector p = guess.size() == g.size() ? guess : Vector::Zero(g.size());
   project(problem, p);
   const bool warm = !p.isZero(0);
@@ -234,7 +242,7 @@ void forgive(Methods& methods, const Vector& g, double scale, Best& best) {
   Vector p = Vector::Zero(g.size()), gap = g;
   double moved = scale;
   for (int i = 0; i < proximal_steps && moved > aim * scale; ++i) {
-    Best step;
+    Best step(g);
     attempt(proximal, g - epsilon.cwiseProduct(p), p, scale, step);
     best.iterations += step.iterations;
     p = std::move(step.p);
@@ -249,7 +257,7 @@ void forgive(Methods& methods, const Vector& g, double scale, Best& best) {
       if (law.law == ContactLaw::tied || gap[row] < 0)
         forgiven[row] -= gap[row] - (law.law == ContactLaw::tied ? 0.0 : margin * scale);
   }
-  Best bounded;
+  Best bounded(forgiven);
   attempt(methods, forgiven, Vector(), scale, bounded);
   if (!bounded.done()) descend(methods, forgiven, scale, bounded);
   Vector bounded_gap = g + respond(methods.problem(), bounded.p);
@@ -289,9 +297,11 @@ ContactSolution ContactSolver::solve(const Vector& g, const Vector& guess) {
   Methods& methods = impl_->methods;
   const double scale = g.size() > 0 ? g.lpNorm<Eigen::Infinity>() : 0;
   const Vector none = Vector::Zero(g.size());
-  if (!g.allFinite()) return {none, g, std::numeric_limits<double>::infinity()};  // the bodies' motion is: the loop will say so
+  // Of the bodies' motion, or of magnitudes beyond a double's reach: the loop will say so
+  const ContactSolution not_finite{none, g, std::numeric_limits<double>::infinity()};
+  if (!g.allFinite() || !methods.is_finite()) return not_finite;
   if (!(scale > 0) || law_violations(methods.problem(), none, g).isZero(0)) return {none, g};
-  Best best;
+  Best best(g);
   if (methods.basic_first()) methods.basic(g, scale, best);
   if (!best.done()) attempt(methods, g, guess, scale, best);
   ContactSolution solution;
@@ -304,6 +314,7 @@ ContactSolution ContactSolver::solve(const Vector& g, const Vector& guess) {
       if (best.residual > 1e-7 * scale) forgive(methods, g, scale, best);
     }
   }
+  if (!std::isfinite(best.residual) || !best.p.allFinite() || !best.gap.allFinite()) return not_finite;
   solution.p = std::move(best.p), solution.gap = std::move(best.gap);
   solution.residual = best.residual / scale, solution.iterations = best.iterations;
   return solution;

@@ -20,7 +20,7 @@ struct ContactSolution {
   // Largest violation of a law by the natural map, w |p - P(p - gap / w)|, as a share of the largest |g|: of gaps that must not be
   // negative or must be closed, of Coulomb's law as a length (w: largest diagonal entry of W among the point's rows). Not small
   // when no p satisfies all: without friction p is then one of bounded size whose gaps violate least, never a NaN. Infinite, and p
-  // = 0, for a g that is not finite.
+  // = 0, for a g or W that is not finite, and where magnitudes leave a double's reach on the way.
   double residual = 0;
   int iterations = 0;     // Newton's, sweeps, and products of projected gradients, added up
   bool fallback = false;  // Newton's first attempt failed; see the .cpp for what comes then

@@ -32,15 +32,17 @@ Vector3 CoulombPoint::solve(const Vector3& q) const {
     return axes_ * x;
   };
   // > 0: the cone is left
-  const auto excess = [&](const Eigen::Vector2d& t) { return t.norm() - friction_ * normal(q, t); };
+  const auto excess = [&](const Eigen::Vector2d& t) { return std::hypot(t[0], t[1]) - friction_ * normal(q, t); };
   double low = 1e-15 * size;
   Eigen::Vector2d t = tangential(low);
   if (excess(t) > 0) {
     double high = size;
     for (int i = 0; i < 1000 && excess(tangential(high)) > 0; ++i) low = high, high *= 8;
-    while (low < high / 16 && excess(tangential(std::sqrt(low * high))) != 0) {
-      const double middle = std::sqrt(low * high);
-      (excess(tangential(middle)) > 0 ? low : high) = middle;
+    while (low < high / 16) {
+      const double middle = std::sqrt(low) * std::sqrt(high);  // their product may be beyond a double's reach
+      const double f = excess(tangential(middle));
+      if (f == 0 || !(middle > low && middle < high)) break;
+      (f > 0 ? low : high) = middle;
     }
     // Illinois' regula falsi inside the bracket
     double f_low = excess(tangential(low)), f_high = excess(tangential(high));
@@ -64,7 +66,8 @@ Vector3 CoulombPoint::solve(const Vector3& q) const {
     t = tangential(alpha);
   }
   const double p_n = std::max(0.0, normal(q, t)), limit = friction_ * p_n;
-  if (t.norm() > limit) t *= limit / t.norm();
+  const double length = std::hypot(t[0], t[1]);
+  if (length > limit) t *= limit / length;
   return {p_n, t[0], t[1]};
 }
 

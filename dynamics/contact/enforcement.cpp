@@ -95,6 +95,7 @@ Points settle_velocities(const ContactList& list, const std::vector<PointLaw>& l
   const Vector packed_p = pack(p(rows, Eigen::all), memory.laws);
   const Vector without = pack(velocities(rows, Eigen::all), memory.laws) - apply(memory.solver->W(), packed_p);
   const ContactSolution solution = memory.solver->solve(without, packed_p);
+  if (!std::isfinite(solution.residual)) return Points::Constant(p.rows(), 3, solution.residual);
   change(rows, Eigen::all) = unpack(solution.p - packed_p, memory.laws);
   return change;
 }
@@ -103,7 +104,10 @@ EnforcementResult enforce_penalty(const ContactList& list, const std::vector<Poi
                                   std::vector<ContactBody>& bodies, PenaltyMemory& memory, Points& elastic_slip) {
   const Index m = static_cast<Index>(list.points.size());
   if (m > memory.n_seen) {
-    fit_spring(largest_eigenvalue(gap_response(list, laws, bodies)), h, x, damping, memory);
+    const GapResponse W = gap_response(list, laws, bodies);
+    const double lambda = all_finite(W) ? largest_eigenvalue(W) : HUGE_VAL;
+    if (!std::isfinite(lambda)) return {Points::Zero(m, 3), gaps(list), HUGE_VAL};
+    fit_spring(lambda, h, x, damping, memory);
     memory.n_seen = m;
   }
   EnforcementResult result{Points::Zero(m, 3),

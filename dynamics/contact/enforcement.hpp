@@ -18,7 +18,7 @@ namespace cbr {
 struct EnforcementResult {
   Points p;             // impulses
   Points gap;           // column 0: at the end of the step
-  double residual = 0;  // of the laws, see ContactSolution
+  double residual = 0;  // of the laws, see ContactSolution; infinite: magnitudes beyond a double's reach, p = 0
   bool fallback = false;
 };
 
@@ -67,7 +67,7 @@ EnforcementResult enforce_impulse(const ContactList& list, const std::vector<Poi
 // nodes' own mass; positions and velocities apart: Bruels, Acary, Cardona 2014, doi 10.1016/j.cma.2014.07.025). Without friction it
 // brings no energy; with friction the total impulse is within the cone, and what a smaller normal impulse gives back of the
 // tangential one may speed up the slip that p had slowed down. `velocities`: relative ones of the points, in their frames, with p.
-// The bodies' velocity_response must be there. Returns P - p, points x 3. W_v and its factor are kept while the rows of the points
+// The bodies' velocity_response must be there. Returns P - p, points x 3; infinite when W_v or the velocities are not finite. W_v and its factor are kept while the rows of the points
 // with an impulse stand.
 Points settle_velocities(const ContactList& list, const std::vector<PointLaw>& laws, const Points& p, const Points& velocities,
                          std::vector<ContactBody>& bodies, ImpulseMemory& memory);

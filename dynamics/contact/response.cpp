@@ -87,6 +87,11 @@ bool is_sparse(const std::vector<BodyRows>& bodies, Index m) {
 
 }  // namespace
 
+bool all_finite(const GapResponse& W) {
+  if (!W.is_sparse) return W.dense.allFinite();
+  return Eigen::Map<const Vector>(W.sparse.valuePtr(), W.sparse.nonZeros()).allFinite();
+}
+
 Vector apply(const GapResponse& W, const Vector& p) {
   if (W.is_sparse) return W.sparse * p;
   return W.dense * p;

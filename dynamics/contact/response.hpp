@@ -17,6 +17,8 @@ struct GapResponse {
   Index size() const { return is_sparse ? sparse.rows() : dense.rows(); }
 };
 
+bool all_finite(const GapResponse& W);
+
 // W p.
 Vector apply(const GapResponse& W, const Vector& p);
 

@@ -2,6 +2,7 @@
 #include "dynamics/integrators/contact_step.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <sstream>
 
 #include "common/error.hpp"
@@ -188,6 +189,10 @@ void settle(Simulation& sim, const ContactGroup& group, ContactState& state, Enf
   }
   const Points change =
       settle_velocities(group.list, group.laws, result.p, relative, state.bodies, state.settled[group.searches.front().pair]);
+  if (!change.allFinite()) {
+    result.residual = std::numeric_limits<double>::infinity();
+    return;
+  }
   spread_impulses(group.list, group.laws, change, state.bodies);
   for (const Index b : group.bodies) {
     ContactBody& contact = state.bodies[b];

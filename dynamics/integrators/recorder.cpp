@@ -9,6 +9,28 @@
 
 namespace cbr {
 
+namespace {
+
+bool ends_finite(const std::vector<double>& series) { return series.empty() || std::isfinite(series.back()); }
+bool ends_finite(const Series3& series) {
+  return series.values.empty() || std::all_of(series.values.end() - 3, series.values.end(), [](double v) { return std::isfinite(v); });
+}
+
+// Of all that is to be written, not of the energies alone: an angular momentum overflows long before they do.
+bool ends_finite(const RunResult::OfBody& of) {
+  return ends_finite(of.center_of_mass) && ends_finite(of.momentum) && ends_finite(of.angular_momentum) &&
+         ends_finite(of.kinetic_energy) && ends_finite(of.strain_energy);
+}
+bool ends_finite(const RunResult::OfMonitor& of) {
+  return ends_finite(of.mean_position) && ends_finite(of.mean_velocity) && ends_finite(of.force);
+}
+bool ends_finite(const RunResult::OfPair& of) {
+  return ends_finite(of.area) && ends_finite(of.penetration) && ends_finite(of.residual) && ends_finite(of.force) &&
+         ends_finite(of.center_of_pressure);
+}
+
+}  // namespace
+
 Recorder::Recorder(Simulation& simulation) : sim_(simulation) {
   result_.monitors.resize(sim_.monitors.size());
   result_.bodies.resize(sim_.bodies.size());
@@ -23,7 +45,7 @@ void Recorder::record(double t, double interval, const std::vector<char>& restin
   record_energy(resting);
   record_pairs(interval, outcome);
   record_pressure(interval, state);
-  check_finite(t);
+  check_finite(t, outcome);
 }
 
 void Recorder::record_pairs(double interval, const ContactOutcome& outcome) {
@@ -110,14 +132,25 @@ void Recorder::record_energy(const std::vector<char>& resting) {
   result_.work_numerical.push_back(numerical);
 }
 
-void Recorder::check_finite(double t) const {
-  if (std::isfinite(result_.total.back())) return;
+void Recorder::check_finite(double t, const ContactOutcome& outcome) const {
+  const RunResult& r = result_;
+  std::vector<std::string> where;
+  for (std::size_t b = 0; b < r.bodies.size(); ++b)
+    if (!ends_finite(r.bodies[b])) where.push_back("instance '" + sim_.bodies[b]->name() + "'");
+  for (const Index p : outcome.met)
+    if (!ends_finite(r.pairs[p])) where.push_back("contact " + sim_.pairs[p].name);
+  for (std::size_t m = 0; m < r.monitors.size(); ++m)
+    if (!ends_finite(r.monitors[m])) where.push_back("surface " + sim_.monitors[m].name);
+  if (where.empty() && ends_finite(r.total) && ends_finite(r.work_external) && ends_finite(r.work_contact) &&
+      ends_finite(r.work_friction) && ends_finite(r.work_numerical) && std::isfinite(r.largest_rotation) &&
+      std::isfinite(r.scaled_energy_share))
+    return;
+  constexpr std::size_t most = 4;  // names
+  if (where.size() > most) where.resize(most), where.emplace_back("...");
   std::ostringstream message;
-  message << "the motion is no longer finite at t = " << t << " s";
-  for (std::size_t b = 0; b < sim_.bodies.size(); ++b)
-    if (!std::isfinite(result_.bodies[b].kinetic_energy.back())) message << ", instance '" << sim_.bodies[b]->name() << "'";
-  throw RunError(message.str() +
-                 ": is the step above the critical one (time.force)? Or are loads or velocities beyond a double's reach?");
+  message << "the motion is no longer finite at t = " << t << " s" << (where.empty() ? "" : ", ") << join(where)
+          << ": is the step above the critical one (time.force)? Or are loads, velocities or units beyond a double's reach?";
+  throw RunError(message.str());
 }
 
 }  // namespace cbr

@@ -12,7 +12,7 @@ class Recorder {
   explicit Recorder(Simulation& simulation);
 
   // All bodies are at time t, `interval` after the last record (0: the first). Sums of contact since then are taken and begin anew.
-  // RunError when the motion is no longer finite, by time and instance.
+  // RunError when anything that is recorded is no longer finite, by time and instance, pair or surface.
   // resting, per body: has not moved since the last record.
   void record(double t, double interval, const std::vector<char>& resting, ContactState& state, const ContactOutcome& outcome);
   RunResult& result() { return result_; }
@@ -23,7 +23,7 @@ class Recorder {
   void record_energy(const std::vector<char>& resting);
   void record_pairs(double interval, const ContactOutcome& outcome);
   void record_pressure(double interval, ContactState& state);
-  void check_finite(double t) const;
+  void check_finite(double t, const ContactOutcome& outcome) const;
 
   Simulation& sim_;
   RunResult result_;

@@ -100,6 +100,15 @@ std::string item(const std::filesystem::path& heavy, const std::string& dataset,
          std::to_string(rows) + ' ' + std::to_string(columns) + "\">" + escaped(heavy.string()) + ':' + dataset + "</DataItem>";
 }
 
+template <typename Array>
+void require_finite(const Array& values, const std::string& field, const FieldGrid& grid, double t) {
+  if (values.allFinite()) return;
+  std::ostringstream message;
+  message << "field '" << field << "' of " << grid.name << " is no longer finite at t = " << t
+          << " s: are loads, velocities or units beyond a double's reach? Nothing has been written";
+  throw RunError(message.str());
+}
+
 }  // namespace
 
 FieldWriter::FieldWriter(const Scene& scene, const BuiltScene& built, const std::filesystem::path& results, Report& report,
@@ -290,12 +299,18 @@ void FieldWriter::add(double t) {
     const std::string group = step + std::to_string(g) + "/", before = same ? step + std::to_string(g - 1) + "/" : "";
     const auto write = [&](const std::string& field, const auto& values) {
       if (!wanted(field)) return;
-      same ? heavy_->link(before + field, group + field) : heavy_->write(group + field, values());
+      if (same) return heavy_->link(before + field, group + field);
+      const auto& found = values();
+      require_finite(found, field, grids_[g], t);
+      heavy_->write(group + field, found);
     };
     write("displacement", [&]() -> const Points& { return motion.u; });
     write("velocity", [&]() -> const Points& { return motion.v; });
     write("contact_pressure", [&] { return pressures(grids_[g]); });
-    if (wanted("stress") && grids_[g].block) heavy_->write(group + "stress", stresses(grids_[g], motion.u));
+    if (!wanted("stress") || !grids_[g].block) continue;
+    const Matrix stress = stresses(grids_[g], motion.u);
+    require_finite(stress, "stress", grids_[g], t);
+    heavy_->write(group + "stress", stress);
   }
   times_.push_back(t);
 }

@@ -44,6 +44,28 @@ def magnitudes(folder):
     return answers
 
 
+@row(UNITS, "Masses and stiffnesses by 1e-300 to 1e300 in an impact with friction, tied, mortar, newmark: change of the momenta, or a named error")
+def extreme_magnitudes(folder):
+    ways = {"friction": {"friction": 0.3}, "tied": {"tied": True, "adjust": 0.01}, "mortar": {"formulation": "mortar", "friction": 0.3},
+            "penalty": {"enforcement": "penalty"}, "newmark": {"friction": 0.3}, "newmark, tied": {"tied": True, "adjust": 0.01}}
+    answers = []
+    for name, contact in ways.items():
+        for kind in ("superelement", "mesh"):
+            one = None
+            for mass in (1.0, 1e-300, 1e-250, 1e-200, 1e200, 1e250, 1e300):
+                s = scene(folder, {"a": {"as": kind, "velocity": [0.1, 0, 0]}, "b": {"as": kind, "position": [1.001, 0.1, 0]}}, [PAIR[0] | contact], 1.0,
+                          box((2, 2, 2)), modes=6, material={"youngs_modulus": 100 * mass, "density": mass},
+                          integrator="newmark" if "newmark" in name else "exact")
+                ran = folder.dyn(s)
+                if mass == 1:
+                    one = ran.done()["instances/b/momentum"]
+                elif ran.code:
+                    answers.append((f"by {mass:g}, {name}, {kind}", *refused(ran, "no longer finite" if ran.code == 1 else "", code=ran.code if ran.code in (1, 2) else 1)))
+                else:
+                    answers.append((f"by {mass:g}, {name}, {kind}", *below(np.abs(ran.done()["instances/b/momentum"] / mass - one).max() / np.abs(one).max(), 1e-10)))
+    return answers
+
+
 @row(UNITS, "Young's modulus 1e300, 1e-300; density 1e300, 1e-300: a named error, or sound")
 def extreme_material(folder):
     answers = []
