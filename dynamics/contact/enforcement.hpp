@@ -67,8 +67,8 @@ EnforcementResult enforce_impulse(const ContactList& list, const std::vector<Poi
 // nodes' own mass; positions and velocities apart: Bruels, Acary, Cardona 2014, doi 10.1016/j.cma.2014.07.025). Without friction it
 // brings no energy; with friction the total impulse is within the cone, and what a smaller normal impulse gives back of the
 // tangential one may speed up the slip that p had slowed down. `velocities`: relative ones of the points, in their frames, with p.
-// The bodies' velocity_response must be there. Returns P - p, points x 3; infinite when W_v or the velocities are not finite. W_v and its factor are kept while the rows of the points
-// with an impulse stand.
+// The bodies' velocity_response must be there. Returns P - p, points x 3; infinite when W_v or the velocities are not finite. W_v
+// and its factor are kept while the rows of the points with an impulse stand.
 Points settle_velocities(const ContactList& list, const std::vector<PointLaw>& laws, const Points& p, const Points& velocities,
                          std::vector<ContactBody>& bodies, ImpulseMemory& memory);
 

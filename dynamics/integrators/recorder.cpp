@@ -13,7 +13,8 @@ namespace {
 
 bool ends_finite(const std::vector<double>& series) { return series.empty() || std::isfinite(series.back()); }
 bool ends_finite(const Series3& series) {
-  return series.values.empty() || std::all_of(series.values.end() - 3, series.values.end(), [](double v) { return std::isfinite(v); });
+  return series.values.empty() ||
+         std::all_of(series.values.end() - 3, series.values.end(), [](double v) { return std::isfinite(v); });
 }
 
 // Of all that is to be written, not of the energies alone: an angular momentum overflows long before they do.

@@ -6,8 +6,8 @@
 #include <cstring>
 #include <fstream>
 #include <iomanip>
-#include <set>
 #include <ostream>
+#include <set>
 #include <sstream>
 
 #include "common/error.hpp"
