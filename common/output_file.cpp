@@ -192,6 +192,14 @@ void write_copy(const fs::path& from, const fs::path& target) {
   file.commit();
 }
 
+bool is_same_file(const std::filesystem::path& a, const std::filesystem::path& b) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  if (fs::equivalent(a, b, error)) return true;
+  const auto plain = [&](const fs::path& file) { return fs::weakly_canonical(fs::absolute(file), error); };
+  return plain(a) == plain(b);
+}
+
 void remove_temporary_files() noexcept {
   for (auto& entry : alive) {
     if (char* path = entry.exchange(nullptr)) ::unlink(path);

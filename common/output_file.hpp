@@ -34,6 +34,9 @@ class TemporaryFile {
 // A copy of `from` in the target's place, whole or not at all. RunError names the target.
 void write_copy(const std::filesystem::path& from, const std::filesystem::path& target);
 
+// By another name too, as a link's; of files that are not there yet by their names.
+bool is_same_file(const std::filesystem::path& a, const std::filesystem::path& b);
+
 // Unlinks every TemporaryFile alive. Safe inside a signal handler; for the end of the process only.
 void remove_temporary_files() noexcept;
 

@@ -33,7 +33,7 @@ int main(int argc, char** argv) {
   return cbr::run_program(app, argc, argv, [&] {
     cbr::set_threads(common.threads == 0 && !restart.empty() ? cbr::threads_of_checkpoint(restart) : common.threads);
     cbr::Report report("cbr-dyn", common.verbosity(), common.timings);
-    cbr::run_scene(scene, output, report, build, restart, check_error);
+    cbr::run_scene(scene, output, report, build, restart, check_error, common.timings);
     report.write_timings();
   });
 }

@@ -9,40 +9,23 @@
 #include "common/error.hpp"
 #include "common/linalg/blas_threads.hpp"
 #include "common/machine_memory.hpp"
-#include "common/output_file.hpp"
 #include "common/program.hpp"
-#include "common/replaced_file.hpp"
 #include "common/scene.hpp"
 #include "common/state_archive.hpp"
 #include "common/unchanged_files.hpp"
 #include "dynamics/output/checkpoint.hpp"
 #include "dynamics/output/fields.hpp"
 #include "dynamics/output/half_check.hpp"
+#include "dynamics/output/output_names.hpp"
 #include "dynamics/output/results.hpp"
 #include "dynamics/setup/build.hpp"
+#include "dynamics/setup/half_modes.hpp"
 
 namespace cbr {
 namespace {
 
 // From these sizes on BLAS's threads gain more than they take by waiting: factors of W, products with modes at contact nodes.
 constexpr Index worth_threads_for_W = 20'000'000, worth_threads_for_modes = 1'000'000;
-
-// InputError when the results cannot be written where they are to go: found before the run and not after it.
-void check_target(const Scene& scene, const std::filesystem::path& results, const std::filesystem::path& restart) {
-  const auto refuse = [&](const std::filesystem::path& input, const std::string& what) {
-    std::error_code missing;
-    if (std::filesystem::equivalent(input, results, missing))
-      throw InputError(results.string() + ": the results would replace " + what + ": give --output another name");
-  };
-  if (scene.file != "-") refuse(scene.file, "the scene");
-  if (!restart.empty()) refuse(restart, "the checkpoint");
-  for (const auto& [name, component] : scene.components) {
-    refuse(component.mesh, "the mesh of component '" + name + "'");
-    if (component.reduction) refuse(component.reduction->superelement, "the superelement of component '" + name + "'");
-  }
-  refuse_other_hdf5(results, {"cbr-results"}, "the results", "give --output another name");
-  const TemporaryFile probe(results);
-}
 
 void count_work(const Simulation& simulation, const RunResult& result, Report& report) {
   Index n_dofs = 0;
@@ -80,12 +63,20 @@ Index n_modes_of(const BuiltScene& built) {
   return n;
 }
 
-// --check-error: the same scene and steps with half of the modes, nothing written.
-void check_half(Scene scene, BuildOptions options, const BuiltScene& built, const RunResult& result, Report& report) {
+// InputError for what keep_half() would refuse when the run is over.
+void require_halves(const BuiltScene& built) {
+  for (const auto& instance : built.instances)
+    for (const ReducedPart& part : instance.parts)
+      if (part.superelement) require_half(*part.superelement);
+}
+
+// --check-error: the same scene and steps with half of the modes, nothing written. False when a signal has ended it.
+bool check_half(Scene scene, BuildOptions options, const BuiltScene& built, const RunResult& result, const NotedSignals& signals,
+                Report& report) {
   const Index modes = n_modes_of(built);
   if (modes == 0) {
     report.line("check: no instance has modes, so that there are none to leave out");
-    return;
+    return true;
   }
   const auto phase = report.phase("check");
   scene.output.fields.clear();
@@ -97,12 +88,15 @@ void check_half(Scene scene, BuildOptions options, const BuiltScene& built, cons
   BuiltScene half = build(scene, silent, options);
   RunOptions run_options;
   run_options.on_progress = [&](double fraction) { report.progress("checking", fraction); };
+  run_options.is_to_end = [&] { return signals.any(); };
   std::optional<SingleThreadedBlas> one_thread;
   if (!is_worth_blas_threads(half.simulation)) one_thread.emplace();
   rest_blas_threads();
   const RunResult of_half = cbr::run(half.simulation, run_options);
   report.end_progress();
+  if (of_half.ended_at) return false;
   say_half_difference(built.simulation, half_difference(result, of_half), modes, n_modes_of(half), report);
+  return true;
 }
 
 UnchangedFiles inputs_of(const Scene& scene) {
@@ -125,8 +119,7 @@ class Run {
   void use_checkpoints(const std::string& hash, const std::filesystem::path& restart) {
     hash_ = hash;
     if (scene_.output.checkpoint) {
-      file_ = checkpoint_file(*scene_.output.checkpoint, results_);
-      const TemporaryFile probe(file_);
+      file_ = checkpoint_file(*scene_.output.checkpoint, results_, restart);
       clock_.emplace(*scene_.output.checkpoint);
     }
     if (restart.empty()) return;
@@ -139,7 +132,7 @@ class Run {
                       std::to_string(n_threads()) + ": last digits will differ; without --threads it takes as many as it had");
     }
     if (clock_) clock_->start_at(from.step, from.time);
-    saved_fields_ = {fields_of_checkpoint(restart), std::move(from.field_times)};
+    saved_fields_ = {fields_of_checkpoint(restart), std::move(from.field_times), std::move(from.fields_hash)};
     state_ = std::move(state);
   }
 
@@ -185,6 +178,8 @@ class Run {
     throw RunError(results_.string() + ": " + end_text(result) + ": holds the outputs up to there" + restart_text());
   }
 
+  const NotedSignals& signals() const { return signals_; }
+
  private:
   std::string end_text(const RunResult& result) const {
     std::ostringstream text;
@@ -205,7 +200,9 @@ class Run {
     try {
       // Fields first: with the checkpoint of before they are some too many, with this one they must not be too few
       if (fields_) fields_->save(fields_of_checkpoint(file_));
-      write_checkpoint(file_, hash_, {step, t, fields_ ? fields_->times() : std::vector<double>(), n_threads()}, state);
+      Checkpoint checkpoint{step, t, {}, "", n_threads()};
+      if (fields_) checkpoint.field_times = fields_->times(), checkpoint.fields_hash = fields_->hash();
+      write_checkpoint(file_, hash_, checkpoint, state);
       report_.detail(place.str() + file_.string());
       has_failed_ = false;
       saved_at_ = t;
@@ -234,15 +231,17 @@ class Run {
 }  // namespace
 
 void run_scene(const std::string& scene_or_dash, const std::filesystem::path& results, Report& report,
-               const BuildOptions& build_options, const std::filesystem::path& restart, bool check_error) {
+               const BuildOptions& build_options, const std::filesystem::path& restart, bool check_error,
+               const std::filesystem::path& timings) {
   std::optional<Scene> scene;
   {
     const auto phase = report.phase("read");
     scene = read_scene(scene_or_dash);
   }
-  check_target(*scene, results, restart);
+  check_outputs(*scene, {results, restart, timings});
   const UnchangedFiles inputs = inputs_of(*scene);
   BuiltScene built = build(*scene, report, build_options);
+  if (check_error) require_halves(built);
   require_memory_for_outputs(*scene, built.simulation, machine_memory_bytes());
   std::string hash;
   if (scene->output.checkpoint || !restart.empty()) {
@@ -256,8 +255,13 @@ void run_scene(const std::string& scene_or_dash, const std::filesystem::path& re
   run.write(result);
   count_work(built.simulation, result, report);
   summarise(built, result, report);
-  if (check_error && !result.ended_at) check_half(*scene, build_options, built, result, report);
+  const bool is_checked =
+      !check_error || result.ended_at || check_half(*scene, build_options, built, result, run.signals(), report);
   run.finish(result);
+  if (is_checked) return;
+  report.write_timings();
+  throw RunError("ended by " + run.signals().name() + " in the second run, of --check-error: " + results.string() +
+                 " holds the whole first run");
 }
 
 }  // namespace cbr

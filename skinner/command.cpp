@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "common/error.hpp"
+#include "common/output_file.hpp"
 #include "common/scene.hpp"
 #include "common/superelement.hpp"
 #include "common/unchanged_files.hpp"
@@ -26,12 +27,6 @@ void write(const SkinnedMesh& skinned, const std::filesystem::path& file, Report
   report.timings();
 }
 
-// By another name too, as a link's. One that is not there yet is none.
-bool is_same_file(const std::filesystem::path& a, const std::filesystem::path& b) {
-  std::error_code error;
-  return a.lexically_normal() == b.lexically_normal() || (std::filesystem::equivalent(a, b, error) && !error);
-}
-
 // What cbr-dyn refuses is a warning here: cbr-reduce may be run after cbr-skin, too.
 void warn_of_stale_superelements(const Scene& scene, Report& report) {
   for (const auto& [name, component] : scene.components) {
@@ -50,6 +45,8 @@ void warn_of_stale_superelements(const Scene& scene, Report& report) {
 void skin_a_mesh(const SkinCommand& command, Report& report) {
   if (command.sidesets.empty()) throw InputError(command.input + ": which sidesets? Give --sideset NAME, once for each");
   if (command.output.empty()) throw InputError(command.input + ": where to? Give -o FILE.msh or -o FILE.exo");
+  if (is_same_file(command.input, command.output))
+    throw InputError(command.output.string() + ": is the mesh to skin and would be lost: give -o another name");
   UnchangedFiles inputs;
   inputs.add(command.input);
   SkinnedMesh skinned;

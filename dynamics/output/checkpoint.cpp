@@ -9,6 +9,7 @@
 
 #include "common/error.hpp"
 #include "common/hdf5_file.hpp"
+#include "common/output_file.hpp"
 #include "common/program.hpp"
 
 namespace cbr {
@@ -18,7 +19,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* format = "cbr-checkpoint";
 // To be raised when what a keep_state() names changes: files of before cannot be read then.
-constexpr const char* format_version = "1.1";
+constexpr const char* format_version = "1.2";
 
 // Of all that a run that goes on takes from the file.
 std::string hash_of(const Checkpoint& checkpoint, const std::vector<Index>& words) {
@@ -27,7 +28,7 @@ std::string hash_of(const Checkpoint& checkpoint, const std::vector<Index>& word
   };
   const Index whole[] = {checkpoint.step, checkpoint.threads};
   return bytes_hash(text(words.data(), words.size()) + text(checkpoint.field_times.data(), checkpoint.field_times.size()) +
-                    text(&checkpoint.time, 1) + text(whole, 2));
+                    checkpoint.fields_hash + text(&checkpoint.time, 1) + text(whole, 2));
 }
 
 bool is_checkpoint(const fs::path& file) {
@@ -42,6 +43,20 @@ bool is_checkpoint(const fs::path& file) {
 void require_checkpoint(const Hdf5Reader& file) {
   if (!file.has_attribute("/", "format") || file.read_string("/", "format") != format)
     throw InputError(file.file().string() + ": is not a checkpoint of cbr-dyn");
+}
+
+// What reading it throws, with the cure.
+template <typename Read>
+auto from_checkpoint(const Read& read) {
+  try {
+    return read();
+  } catch (const InputError& error) {
+    const std::string what = error.what();
+    throw InputError(what.find("--restart") != std::string::npos
+                         ? what
+                         : what +
+                               ": give --restart a checkpoint of this run that is whole, or start the run anew without --restart");
+  }
 }
 
 std::string generator() { return std::string("cbr-dyn ") + version(); }
@@ -74,6 +89,7 @@ void write_checkpoint(const fs::path& file, const std::string& hash, const Check
   out.attribute("/", "generator", generator());
   out.attribute("/", "run_hash", hash);
   out.attribute("/", "state_hash", hash_of(checkpoint, state.words()));
+  out.attribute("/", "fields_hash", checkpoint.fields_hash);
   out.attribute("/", "threads", Index{checkpoint.threads});
   out.attribute("/", "step", checkpoint.step);
   out.write("/time", checkpoint.time);
@@ -83,12 +99,14 @@ void write_checkpoint(const fs::path& file, const std::string& hash, const Check
 }
 
 int threads_of_checkpoint(const fs::path& file) {
-  const Hdf5Reader in(file);
-  require_checkpoint(in);
-  return static_cast<int>(std::clamp<Index>(in.read_index("/", "threads"), 1, 1024));
+  return from_checkpoint([&] {
+    const Hdf5Reader in(file);
+    require_checkpoint(in);
+    return static_cast<int>(std::clamp<Index>(in.read_index("/", "threads"), 1, 1024));
+  });
 }
 
-std::pair<Checkpoint, StateArchive> read_checkpoint(const fs::path& file, const std::string& hash) {
+static std::pair<Checkpoint, StateArchive> read_whole(const fs::path& file, const std::string& hash) {
   const Hdf5Reader in(file);
   require_checkpoint(in);
   const std::string by = in.read_string("/", "generator"), version_of_file = in.read_string("/", "format_version");
@@ -104,6 +122,7 @@ std::pair<Checkpoint, StateArchive> read_checkpoint(const fs::path& file, const 
   checkpoint.step = in.read_index("/", "step");
   checkpoint.threads = static_cast<int>(in.read_index("/", "threads"));
   checkpoint.time = in.read_scalar("/time");
+  checkpoint.fields_hash = in.read_string("/", "fields_hash");
   std::vector<Index> state = in.read_indices("/state");
   const Vector times = in.read_vector("/field_times");
   checkpoint.field_times.assign(times.begin(), times.end());
@@ -112,20 +131,25 @@ std::pair<Checkpoint, StateArchive> read_checkpoint(const fs::path& file, const 
   return {std::move(checkpoint), StateArchive(std::move(state), file.string())};
 }
 
+std::pair<Checkpoint, StateArchive> read_checkpoint(const fs::path& file, const std::string& hash) {
+  return from_checkpoint([&] { return read_whole(file, hash); });
+}
+
 fs::path fields_of_checkpoint(const fs::path& checkpoint) {
   fs::path file = checkpoint;
   return file.replace_extension(".fields.h5");
 }
 
-fs::path checkpoint_file(const CheckpointOptions& options, const fs::path& results) {
+fs::path checkpoint_file(const CheckpointOptions& options, const fs::path& results, const fs::path& restart) {
   fs::path file = options.file;
   if (file.empty()) file = fs::path(results).replace_extension(".checkpoint.h5");
   std::error_code error;
-  const bool same = fs::weakly_canonical(fs::absolute(file), error) == fs::weakly_canonical(fs::absolute(results), error);
+  const bool same = is_same_file(file, results);
+  if (!same && !restart.empty() && is_same_file(file, restart)) return file;  // what is wrong with it is said by who reads it
   if (same || (fs::exists(file, error) && !is_checkpoint(file)))
     throw InputError(options.source.text() + ": output.checkpoint: " + file.string() +
                      (same ? " is the results file" : " is there and is no checkpoint") +
-                     ": give output.checkpoint.file another name");
+                     ": give output.checkpoint.file another name" + (same ? "" : ", or remove it"));
   return file;
 }
 

@@ -22,6 +22,7 @@ struct Checkpoint {
   Index step = 0;
   double time = 0;
   std::vector<double> field_times;  // of the fields written so far
+  std::string fields_hash;          // of these: FieldHash
   int threads = 0;                  // that the run was begun with: with others BLAS adds in another order
 };
 
@@ -35,8 +36,10 @@ int threads_of_checkpoint(const std::filesystem::path& file);
 // Of the fields, beside the checkpoint: impact.checkpoint.fields.h5.
 std::filesystem::path fields_of_checkpoint(const std::filesystem::path& checkpoint);
 
-// Where the scene's checkpoints go: beside the results unless it says so. InputError when something else is there.
-std::filesystem::path checkpoint_file(const CheckpointOptions& options, const std::filesystem::path& results);
+// Where the scene's checkpoints go: beside the results unless it says so. InputError when something else is there, but for
+// `restart` (or empty), the checkpoint to go on from.
+std::filesystem::path checkpoint_file(const CheckpointOptions& options, const std::filesystem::path& results,
+                                      const std::filesystem::path& restart = {});
 
 // When the next one is due: times and steps are counted from the start of the run, minutes from the last one.
 class CheckpointClock {

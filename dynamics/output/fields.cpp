@@ -12,6 +12,8 @@
 
 #include "common/error.hpp"
 #include "common/output_file.hpp"
+#include "common/program.hpp"
+#include "dynamics/output/output_names.hpp"
 
 namespace cbr {
 namespace {
@@ -113,9 +115,7 @@ void require_finite(const Array& values, const std::string& field, const FieldGr
 
 FieldWriter::FieldWriter(const Scene& scene, const BuiltScene& built, const std::filesystem::path& results, Report& report,
                          const std::string& run_hash, const std::optional<Saved>& saved)
-    : built_(built), fields_(scene.output.fields), xdmf_(results), heavy_file_(results) {
-  xdmf_.replace_extension(".xdmf");
-  heavy_file_.replace_extension(".fields.h5");
+    : built_(built), fields_(scene.output.fields), xdmf_(xdmf_file(results)), heavy_file_(fields_file(results)) {
   heavy_name_ = heavy_file_.filename();
   for (Index i = 0; i < static_cast<Index>(built.instances.size()); ++i) add_instance_grids(scene, i, report);
   contact_of_.assign(built.instances.size(), nullptr);
@@ -125,33 +125,69 @@ FieldWriter::FieldWriter(const Scene& scene, const BuiltScene& built, const std:
 
 void FieldWriter::start(const std::string& run_hash) {
   heavy_ = std::make_unique<Hdf5Writer>(heavy_file_);
+  heavy_->attribute("/", "format", std::string("cbr-fields"));
+  heavy_->attribute("/", "format_version", std::string("1.0"));
+  heavy_->attribute("/", "generator", std::string("cbr-dyn ") + version());
   if (!run_hash.empty()) heavy_->attribute("/", "run_hash", run_hash);
   for (std::size_t g = 0; g < grids_.size(); ++g) {
     if (shares_points(g)) {
       heavy_->link(grid_group(g - 1) + "points", grid_group(g) + "points");
     } else {
       heavy_->write(grid_group(g) + "points", grids_[g].points);
+      hash_.add(grid_group(g) + "points", grids_[g].points);
     }
     heavy_->write(grid_group(g) + "cells", grids_[g].cells);
+    hash_.add_indices(grid_group(g) + "cells", grids_[g].cells);
   }
+}
+
+// The same chain as over what was written: of the grids, and of as many steps as the checkpoint knows.
+FieldHash FieldWriter::hash_of(const Hdf5Reader& file, std::size_t n_steps) const {
+  FieldHash hash;
+  for (std::size_t g = 0; g < grids_.size(); ++g) {
+    const std::string group = grid_group(g);
+    shares_points(g) ? require(file, group + "points") : hash.add(group + "points", file.read_row_matrix(group + "points"));
+    hash.add_indices(group + "cells", file.read_index_table(group + "cells"));
+  }
+  for (std::size_t step = 0; step < n_steps; ++step) {
+    for (std::size_t g = 0; g < grids_.size(); ++g) {
+      const std::string group = step_group(step) + std::to_string(g) + "/";
+      for (const std::string field : {"displacement", "velocity", "contact_pressure"}) {
+        if (!wanted(field)) continue;
+        shares_points(g) ? require(file, group + field) : hash.add(group + field, file.read_row_matrix(group + field));
+      }
+      if (wanted("stress") && grids_[g].block) hash.add(group + "stress", file.read_row_matrix(group + "stress"));
+    }
+  }
+  return hash;
 }
 
 // A file that was saved after the checkpoint, whose own was no longer written, has more.
 void FieldWriter::go_on(const Saved& saved, const std::string& run_hash) {
   times_ = saved.times;
-  {
+  std::error_code error;
+  const std::string cure = ": put back the file that was written with the checkpoint, or start the run anew, without --restart";
+  if (!std::filesystem::exists(saved.file, error))
+    throw InputError(saved.file.string() + ": no such file: holds the fields (output.fields) of the checkpoint beside it" + cure);
+  try {
     const Hdf5Reader kept(saved.file);
-    const std::string last = step_group(times_.empty() ? 0 : times_.size() - 1);
     const bool same = kept.has_attribute("/", "run_hash") && kept.read_string("/", "run_hash") == run_hash;
-    if (!same || (!times_.empty() && !kept.has(last.substr(0, last.size() - 1))))
-      throw InputError(saved.file.string() +
-                       ": does not hold the fields of the run up to its checkpoint: " + "start the run anew, without --restart");
+    if (!same) throw InputError(saved.file.string() + ": is not of the run that the checkpoint is of");
+    hash_ = hash_of(kept, times_.size());
+    if (hash_.text() != saved.hash)
+      throw InputError(saved.file.string() + ": is damaged: its fields are not those of the checkpoint");
+  } catch (const InputError& wrong) {
+    throw InputError(wrong.what() + cure);
   }
   heavy_ = std::make_unique<Hdf5Writer>(heavy_file_, saved.file);
   for (std::size_t step = times_.size();; ++step) {
     const std::string group = step_group(step);
     if (!heavy_->remove(group.substr(0, group.size() - 1))) break;
   }
+}
+
+void FieldWriter::require(const Hdf5Reader& file, const std::string& dataset) {
+  if (!file.has(dataset)) throw InputError(file.file().string() + ": " + dataset + ": missing");
 }
 
 void FieldWriter::save(const std::filesystem::path& file) { heavy_->save_copy(file); }
@@ -303,6 +339,7 @@ void FieldWriter::add(double t) {
       const auto& found = values();
       require_finite(found, field, grids_[g], t);
       heavy_->write(group + field, found);
+      hash_.add(group + field, found);
     };
     write("displacement", [&]() -> const Points& { return motion.u; });
     write("velocity", [&]() -> const Points& { return motion.v; });
@@ -311,6 +348,7 @@ void FieldWriter::add(double t) {
     const Matrix stress = stresses(grids_[g], motion.u);
     require_finite(stress, "stress", grids_[g], t);
     heavy_->write(group + "stress", stress);
+    hash_.add(group + "stress", stress);
   }
   times_.push_back(t);
 }

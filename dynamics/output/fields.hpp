@@ -11,6 +11,7 @@
 
 #include "common/hdf5_file.hpp"
 #include "common/report.hpp"
+#include "dynamics/output/field_hash.hpp"
 #include "dynamics/setup/build.hpp"
 
 namespace cbr {
@@ -36,16 +37,18 @@ class FieldWriter {
   struct Saved {
     std::filesystem::path file;
     std::vector<double> times;
+    std::string hash;  // of the writer that saved them
   };
   // `fields`: displacement, velocity, stress, contact_pressure. Says on the report what cannot be shown. `saved`: goes on from
   // there. `run_hash`: of the run that the fields are of, empty when there are no checkpoints. InputError: `saved` is of another
-  // one.
+  // one, or not what its hash says.
   FieldWriter(const Scene& scene, const BuiltScene& built, const std::filesystem::path& results, Report& report,
               const std::string& run_hash = "", const std::optional<Saved>& saved = {});
   void add(double t);  // the state of the bodies now
   const std::vector<double>& times() const { return times_; }
-  void save(const std::filesystem::path& file);  // a whole file of what there is so far
-  void commit();                                 // RunError when the disk refuses
+  const std::string& hash() const { return hash_.text(); }  // of all that is written so far
+  void save(const std::filesystem::path& file);             // a whole file of what there is so far
+  void commit();                                            // RunError when the disk refuses
   const std::filesystem::path& file() const { return xdmf_; }
 
  private:
@@ -54,6 +57,8 @@ class FieldWriter {
   };
   void start(const std::string& run_hash);
   void go_on(const Saved& saved, const std::string& run_hash);
+  FieldHash hash_of(const Hdf5Reader& file, std::size_t n_steps) const;
+  static void require(const Hdf5Reader& file, const std::string& dataset);
   Motion motion_of(const FieldGrid& grid) const;
   void add_instance_grids(const Scene& scene, Index instance, Report& report);
   void add_interface_grids(const FieldGrid& empty);
@@ -72,6 +77,7 @@ class FieldWriter {
   std::vector<FieldGrid> grids_;
   std::vector<const ContactNodes*> contact_of_;  // per instance, or null
   std::vector<double> times_;
+  FieldHash hash_;
 };
 
 }  // namespace cbr

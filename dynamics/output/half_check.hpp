@@ -21,6 +21,7 @@ struct HalfDifference {
   };
   std::vector<OfBody> bodies;
   double position = 0, velocity = 0, energy = 0;  // the largest of all
+  double largest() const;                         // of all shares
 };
 
 // Of two runs with equal output times.

@@ -43,12 +43,16 @@ void keep_half_of_massless(Superelement& s) {
 
 }  // namespace
 
-Index keep_half(Superelement& s, HalfBy by) {
-  const Index k = s.k();
+void require_half(const Superelement& s) {
   if (s.is_characteristic())
     throw InputError(
         "--check-error has no half to leave out of basis: characteristic, whose coordinates are modes and statics together: "
         "reduce with fewer modes and compare");
+}
+
+Index keep_half(Superelement& s, HalfBy by) {
+  const Index k = s.k();
+  require_half(s);
   s.omega.resize(0);
   s.V.resize(0, 0);
   if (s.is_massless()) {

@@ -8,6 +8,9 @@ namespace cbr {
 
 enum class HalfBy { frequency, participation };
 
+// InputError for one that has no half to keep: basis characteristic. What keep_half() throws, for before a run.
+void require_half(const Superelement& superelement);
+
 // Keeps half (rounded down) of the modes: the lowest, or those with the largest |alpha_j|^2; residual vectors and, with basis
 // massless, rigid motions stay all, and F takes up what the dropped modes had of the compliance. Its diagonal form is dropped, its
 // matrices must be there. Returns how many modes went.

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "common/error.hpp"
+#include "dynamics/output/half_check.hpp"
 #include "reducer/reduce.hpp"
 #include "tests/support/scene_run.hpp"
 
@@ -28,6 +30,30 @@ TEST(KeepHalf, IsTheReductionWithHalfOfTheModes) {
   EXPECT_LT(relative(s.eigenvalues, half.eigenvalues), 1e-10);
   EXPECT_LT(relative(s.M_kc.cwiseAbs(), half.M_kc.cwiseAbs()), 1e-8);
   EXPECT_EQ(s.K_cc, half.K_cc);
+}
+
+TEST(KeepHalf, IsRefusedBeforeTheRunWhereThereIsNone) {
+  Superelement s = reduced(4, "craig-bampton");
+  EXPECT_NO_THROW(require_half(s));
+  s.basis = "characteristic";
+  EXPECT_THROW(require_half(s), InputError);
+  EXPECT_THROW(keep_half(s, HalfBy::frequency), InputError);
+}
+
+TEST(HalfDifference, OfRoundOffShowsNothing) {
+  Simulation none;
+  HalfDifference d;
+  const auto said = [&] {
+    testing::internal::CaptureStderr();
+    Report report("test", Verbosity::normal);
+    say_half_difference(none, d, 20, 10, report);
+    return testing::internal::GetCapturedStderr();
+  };
+  d.position = 1e-12;
+  EXPECT_NE(said().find("take no part"), std::string::npos);
+  d.energy = 1e-3;
+  EXPECT_EQ(said().find("take no part"), std::string::npos);
+  EXPECT_NE(said().find("no bound"), std::string::npos);
 }
 
 TEST(KeepHalf, OfBasisMasslessLeavesStaticsAsTheyAre) {

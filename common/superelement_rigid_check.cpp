@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A superelement's parts against one another: what its coordinates and /rigid_body say of rigid motions, and what its matrices or
+// modes make of them.
+#include <Eigen/Dense>
+#include <cmath>
+#include <string>
+
+#include "common/error.hpp"
+#include "common/number_text.hpp"
+#include "common/superelement_check.hpp"
+
+namespace cbr {
+namespace {
+
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+// Far above what reductions of thin parts leave, and the digits that another maker writes; far below a wrong file.
+constexpr double tolerance = 1e-2;
+
+class RigidCheck {
+ public:
+  RigidCheck(const Superelement& superelement, const std::string& where)
+      : s_(superelement), where_(where), size_(std::sqrt(s_.rigid_body.inertia.trace() / s_.rigid_body.mass)) {
+    R_ = reduced_rigid_modes(s_, s_.rigid_body.center).bottomRows(s_.c());
+    // Rotations in units of length
+    if (size_ > 0) R_.rightCols(3) /= size_;
+    Eigen::ColPivHouseholderQR<Matrix> qr(R_);
+    qr.setThreshold(1e-6);
+    // Few nodes, or nodes with some of their dofs, do not tell all rigid motions of the component
+    is_told_ = std::isfinite(size_) && size_ > 0 && s_.c() == 3 * s_.coordinates.rows() && qr.rank() == 6;
+  }
+
+  void check() const {
+    if (!is_told_) return;
+    if (s_.is_massless() && s_.massless.V.size() > 0) return check_modes("/massless/V", s_.massless.V, s_.eigenvalues);
+    if (s_.is_characteristic() && s_.characteristic.V.size() > 0)
+      return check_modes("/characteristic/V", s_.characteristic.V, s_.eigenvalues);
+    if (!s_.has_interface_matrices()) return;
+    if (s_.M_cc.rows() == s_.c()) {
+      // R^T M R with R = [0; R_c]   (6 x 6)
+      const Matrix6 mass = R_.transpose() * (s_.M_cc * R_);
+      compare("/matrices/M_cc", mass);
+    } else if (s_.has_diagonal_form()) {
+      check_modes("/diagonal/V", s_.V.bottomRows(s_.c()), s_.omega);
+    }
+    for (const auto& [name, load] : s_.loads) check_load("/loads/" + name + "/force", load);
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& field, const std::string& what) const {
+    throw InputError(where_ + ": " + field + ": " + what +
+                     ": the file has been changed, or was written wrongly (cbr-reduce --force makes one anew)");
+  }
+
+  void compare(const std::string& field, const Matrix6& found) const {
+    Matrix6 mass = Matrix6::Zero();
+    mass.topLeftCorner<3, 3>().diagonal().setConstant(s_.rigid_body.mass);
+    mass.bottomRightCorner<3, 3>() = s_.rigid_body.inertia / (size_ * size_);
+    const double difference = (found - mass).cwiseAbs().maxCoeff() / s_.rigid_body.mass;
+    if (found.allFinite() && difference <= tolerance) return;
+    fail(field, "does not agree with /nodes/coordinates and /rigid_body: their rigid motions have another mass or inertia, by " +
+                    (std::isfinite(difference) ? number_text(difference) : "far more than 1") + " of the mass, allowed 0.01");
+  }
+
+  // Modes of frequency 0 are rigid motions of unit mass: V_r E = R_c, and E^T E is their mass.
+  template <typename Modes>
+  void check_modes(const std::string& field, const Modes& V, const Vector& frequencies) const {
+    const Index r = (frequencies.array() == 0).count();
+    const Matrix V_r = V.leftCols(r);
+    Matrix E = Matrix::Zero(r, 6);
+    if (r > 0 && V_r.cwiseAbs().maxCoeff() > 0) E = Eigen::ColPivHouseholderQR<Matrix>(V_r).solve(R_);
+    const double left = (R_ - V_r * E).cwiseAbs().maxCoeff() / R_.cwiseAbs().maxCoeff();
+    if (!E.allFinite() || !(left <= tolerance))
+      fail(field, "its " + std::to_string(r) + " modes of frequency 0 do not hold the rigid motions of /nodes/coordinates");
+    compare(field, Matrix6(E.transpose() * E));
+  }
+
+  // A unit traction along each axis pulls with the area: R_t^T F = A I   (3 x 3)
+  void check_load(const std::string& field, const Superelement::InteriorLoad& load) const {
+    const Matrix3 pull = R_.leftCols(3).transpose() * load.force.bottomRows(s_.c());
+    const double difference = (pull / load.weight - Matrix3::Identity()).cwiseAbs().maxCoeff();
+    if (pull.allFinite() && difference <= tolerance) return;
+    fail(field, "the forces of a unit traction do not add up to the area in /weight, " + number_text(load.weight));
+  }
+
+  const Superelement& s_;
+  const std::string& where_;
+  double size_;  // radius of gyration
+  Matrix R_;     // c x 6
+  bool is_told_ = false;
+};
+
+}  // namespace
+
+void check_rigid_motions(const Superelement& superelement, const std::string& where) { RigidCheck(superelement, where).check(); }
+
+}  // namespace cbr

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/output/output_names.hpp"
+
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "common/error.hpp"
+#include "common/hdf5_file.hpp"
+#include "common/output_file.hpp"
+#include "common/replaced_file.hpp"
+#include "dynamics/output/checkpoint.hpp"
+
+namespace cbr {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Target {
+  fs::path file;
+  std::string what, option;  // "the results", "--output"
+  std::string cure() const { return "give " + option + " another name"; }
+};
+
+std::vector<Target> targets_of(const Scene& scene, const RunFiles& files) {
+  const bool fields = !scene.output.fields.empty();
+  std::vector<Target> targets{{files.results, "the results", "--output"}};
+  if (fields) {
+    targets.push_back({fields_file(files.results), "the fields", "--output"});
+    targets.push_back({xdmf_file(files.results), "the fields", "--output"});
+  }
+  if (scene.output.checkpoint) {
+    const fs::path file = checkpoint_file(*scene.output.checkpoint, files.results, files.restart);
+    targets.push_back({file, "the checkpoint", "output.checkpoint.file"});
+    if (fields) targets.push_back({fields_of_checkpoint(file), "the checkpoint's fields", "output.checkpoint.file"});
+  }
+  if (!files.timings.empty()) targets.push_back({files.timings, "the timings", "--timings"});
+  return targets;
+}
+
+void refuse_input(const Target& target, const fs::path& input, const std::string& what) {
+  if (input.empty() || !is_same_file(input, target.file)) return;
+  throw InputError(target.file.string() + ": " + target.what + " would replace " + what + ": " + target.cure());
+}
+
+void refuse_inputs(const Target& target, const Scene& scene, const RunFiles& files) {
+  if (scene.file != "-") refuse_input(target, scene.file, "the scene");
+  for (const auto& [name, component] : scene.components) {
+    refuse_input(target, component.mesh, "the mesh of component '" + name + "'");
+    if (component.reduction)
+      refuse_input(target, component.reduction->superelement, "the superelement of component '" + name + "'");
+  }
+  // Checkpoints follow one another under one name
+  if (files.restart.empty() || target.option == "output.checkpoint.file") return;
+  refuse_input(target, files.restart, "the checkpoint");
+  if (!scene.output.fields.empty()) refuse_input(target, fields_of_checkpoint(files.restart), "the checkpoint's fields");
+}
+
+// Files of before there was a format have the groups alone.
+bool holds_fields(const fs::path& file) {
+  try {
+    const Hdf5Reader reader(file);
+    return !reader.has_attribute("/", "format") && reader.has("/grids");
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
+void refuse_other_text(const Target& target) {
+  std::error_code error;
+  if (!fs::is_regular_file(target.file, error) || fs::file_size(target.file, error) == 0) return;
+  std::string start(200, '\0');
+  std::ifstream(target.file).read(start.data(), static_cast<std::streamsize>(start.size()));
+  if (start.find("<Xdmf") != std::string::npos) return;
+  throw InputError(target.file.string() + ": is there and is no XDMF file, and " + target.what +
+                   " would replace it: " + target.cure());
+}
+
+}  // namespace
+
+fs::path xdmf_file(const fs::path& results) { return fs::path(results).replace_extension(".xdmf"); }
+fs::path fields_file(const fs::path& results) { return fs::path(results).replace_extension(".fields.h5"); }
+
+void check_outputs(const Scene& scene, const RunFiles& files) {
+  const std::vector<Target> targets = targets_of(scene, files);
+  for (std::size_t i = 0; i < targets.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j)
+      if (is_same_file(targets[i].file, targets[j].file))
+        throw InputError(targets[i].file.string() + ": is the file of both " + targets[j].what + " and " + targets[i].what + ": " +
+                         targets[i].cure());
+    refuse_inputs(targets[i], scene, files);
+  }
+  for (const Target& target : targets) {
+    const bool fields = target.what == "the fields" || target.what == "the checkpoint's fields";
+    if (target.what == "the results") refuse_other_hdf5(target.file, {"cbr-results"}, target.what, target.cure());
+    if (fields && target.file.extension() == ".xdmf") refuse_other_text(target);
+    if (fields && target.file.extension() != ".xdmf" && !holds_fields(target.file))
+      refuse_other_hdf5(target.file, {"cbr-fields"}, target.what, target.cure());
+    const TemporaryFile probe(target.file);
+  }
+}
+
+}  // namespace cbr

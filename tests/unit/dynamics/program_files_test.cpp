@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What a run refuses to write over, and checkpoints' fields that are not what was kept.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "common/error.hpp"
+#include "common/hdf5_file.hpp"
+#include "dynamics/output/checkpoint.hpp"
+#include "dynamics/output/output_names.hpp"
+#include "dynamics/program.hpp"
+#include "tests/formats/temporary_folder.hpp"
+#include "tests/unit/dynamics/bricks.hpp"
+
+namespace cbr {
+namespace {
+
+class ProgramFiles : public ::testing::Test {
+ protected:
+  ProgramFiles() { write_mesh(test::brick({2, 1, 1}, Vector3(1, 0.5, 0.5)), folder_ / "block.msh"); }
+
+  std::string scene(const std::string& output) {
+    std::ofstream(folder_ / "scene.yaml") << "materials:\n  soft: {youngs_modulus: 100, poissons_ratio: 0.25, density: 1}\n"
+                                             "components:\n  block: {mesh: block.msh, material: soft}\n"
+                                             "instances:\n  a: {component: block, as: mesh, velocity: [0.3, 0, 0]}\n"
+                                             "time: {end: 0.02, step: 1.0e-3}\noutput: {every: 2.0e-3"
+                                          << output << "}\n";
+    return (folder_ / "scene.yaml").string();
+  }
+  std::filesystem::path in(const std::string& name) const { return folder_ / name; }
+
+  void run(const std::string& output, const std::string& restart = "", const std::string& timings = "",
+           const std::string& results = "r.h5") {
+    Report report("test", Verbosity::quiet);
+    const auto at = [&](const std::string& name) { return name.empty() ? std::filesystem::path() : folder_ / name; };
+    run_scene(scene(output), folder_ / results, report, {}, at(restart), false, at(timings));
+  }
+
+  // What is refused, and that it is so before the first step.
+  std::string refused(const std::string& output, const std::string& restart = "", const std::string& timings = "") {
+    const auto before =
+        std::filesystem::exists(in("r.h5")) ? std::filesystem::last_write_time(in("r.h5")) : std::filesystem::file_time_type::min();
+    try {
+      run(output, restart, timings);
+    } catch (const InputError& error) {
+      const auto after = std::filesystem::exists(in("r.h5")) ? std::filesystem::last_write_time(in("r.h5"))
+                                                             : std::filesystem::file_time_type::min();
+      EXPECT_EQ(before, after);
+      return error.what();
+    }
+    ADD_FAILURE() << "no error";
+    return "";
+  }
+
+  void make_foreign(const std::string& name) {
+    Hdf5Writer file(in(name));
+    file.write("/values", 1.0);
+    file.commit();
+  }
+
+  test::TemporaryFolder folder_;
+};
+
+void expect_in(const std::string& text, const std::vector<std::string>& words) {
+  for (const auto& word : words) EXPECT_NE(text.find(word), std::string::npos) << word << " in: " << text;
+}
+
+TEST_F(ProgramFiles, OutputsOfOneNameAreRefused) {
+  const std::string fields = ", fields: [displacement]";
+  expect_in(refused("", "", "r.h5"), {"r.h5", "timings", "results", "--timings"});
+  expect_in(refused(fields, "", "r.xdmf"), {"r.xdmf", "timings", "fields"});
+  expect_in(refused(", checkpoint: {every_steps: 5, file: c.h5}", "", "c.h5"), {"c.h5", "timings", "checkpoint"});
+  for (const std::string name : {"r.fields.h5", "r.xdmf", "r.cp"})  // the last one's fields are r.fields.h5
+    expect_in(refused(fields + ", checkpoint: {every_steps: 5, file: " + name + "}"), {"fields", "output.checkpoint.file"});
+  expect_in(refused(", checkpoint: {every_steps: 5, file: r.h5}"), {"results", "output.checkpoint.file"});
+  run(", checkpoint: {every_steps: 5, file: r.xdmf}");  // no fields, no collision
+}
+
+TEST_F(ProgramFiles, FieldsReplaceFieldsAlone) {
+  const std::string fields = ", fields: [displacement]", both = fields + ", checkpoint: {every_steps: 5, file: c.h5}";
+  for (const std::string name : {"r.fields.h5", "c.fields.h5"}) {
+    make_foreign(name);
+    expect_in(refused(both), {name, "another kind of HDF5 file", "another name"});
+    EXPECT_TRUE(Hdf5Reader(in(name)).has("/values"));
+    std::filesystem::remove(in(name));
+  }
+  std::ofstream(in("r.xdmf")) << "my notes\n";
+  expect_in(refused(fields), {"r.xdmf", "no XDMF"});
+  std::filesystem::remove(in("r.xdmf"));
+  run(both);
+  EXPECT_EQ(Hdf5Reader(in("r.fields.h5")).read_string("/", "format"), "cbr-fields");
+  run(both);  // its own, again
+  {
+    Hdf5Writer old(in("r.fields.h5"));  // of before there was a format
+    old.write("/grids/0/points", Matrix(Matrix::Zero(1, 3)));
+    old.commit();
+  }
+  run(both);
+}
+
+TEST_F(ProgramFiles, FieldsThatAreNotTheCheckpointsAreRefused) {
+  const std::string both = ", fields: [displacement, velocity], checkpoint: {every_steps: 8, file: c.h5}";
+  run(both);
+  const auto whole = in("whole.h5");
+  std::filesystem::copy_file(in("c.fields.h5"), whole);
+  const std::size_t kept = static_cast<std::size_t>(Hdf5Reader(in("c.h5")).shape("/field_times")[0]);
+  ASSERT_GT(kept, 3u);
+  const auto damaged = [&](const std::function<void(Hdf5Writer&)>& change) {
+    Hdf5Writer file(in("c.fields.h5"), whole);
+    change(file);
+    file.commit();
+    return refused(both, "c.h5");
+  };
+  const auto replace = [](Hdf5Writer& file, const std::string& name, const Matrix& values) {
+    EXPECT_TRUE(file.remove(name));
+    file.write(name, values);
+  };
+  const Matrix u = Hdf5Reader(whole).read_matrix("/steps/1/0/displacement"), X = Hdf5Reader(whole).read_matrix("/grids/0/points");
+  Matrix other = u;
+  other(0, 0) = std::nan("");
+  expect_in(damaged([&](Hdf5Writer& file) { replace(file, "/steps/1/0/displacement", other); }), {"c.fields.h5", "damaged"});
+  other(0, 0) = std::nextafter(u(0, 0), 1);
+  expect_in(damaged([&](Hdf5Writer& file) { replace(file, "/steps/1/0/displacement", other); }), {"c.fields.h5", "damaged"});
+  expect_in(damaged([&](Hdf5Writer& file) { replace(file, "/grids/0/points", 2 * X); }), {"c.fields.h5", "damaged"});
+  expect_in(damaged([&](Hdf5Writer& file) { file.remove("/steps/1/0/velocity"); }),
+            {"/steps/1/0/velocity", "missing", "--restart"});
+  expect_in(damaged([&](Hdf5Writer& file) { file.remove("/steps/1"); }), {"/steps/1", "missing"});
+  std::filesystem::remove(in("c.fields.h5"));
+  expect_in(refused(both, "c.h5"), {"c.fields.h5", "no such file", "output.fields", "without --restart"});
+  // Steps that the checkpoint does not know are left out
+  {
+    Hdf5Writer file(in("c.fields.h5"), whole);
+    file.link("/steps/0/0/displacement", "/steps/" + std::to_string(kept) + "/0/displacement");
+    file.commit();
+  }
+  const Matrix last = Hdf5Reader(in("r.fields.h5")).read_matrix("/steps/10/0/velocity");
+  run(both, "c.h5");
+  EXPECT_EQ(Hdf5Reader(in("r.fields.h5")).read_matrix("/steps/10/0/velocity"), last);
+}
+
+TEST_F(ProgramFiles, ADamagedCheckpointOfItsOwnNameIsCalledSo) {
+  const std::string output = ", checkpoint: {every_steps: 8, file: c.h5}";
+  run(output);
+  std::filesystem::resize_file(in("c.h5"), 3000);
+  const std::string said = refused(output, "c.h5");
+  expect_in(said, {"c.h5", "damaged", "without --restart"});
+  EXPECT_EQ(said.find("output.checkpoint.file"), std::string::npos) << said;
+  expect_in(refused(output), {"c.h5", "is no checkpoint", "remove it"});  // and anew: what is to be done with it
+}
+
+}  // namespace
+}  // namespace cbr
