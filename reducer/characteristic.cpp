@@ -185,7 +185,7 @@ Matrix compliance_left(const Statics& statics, const Matrix& all, const Matrix& 
   return 0.5 * (left + left.transpose());
 }
 
-// Responses U = F P B phi to the uniform pattern (with shear: along x, y and z), and then to the patterns of which the shapes T
+// Responses U = F P B phi to the uniform pattern (with shear: in three directions), and then to the patterns of which the shapes T
 // lack most: S_left phi = A phi sigma, sigma the largest, A the areas.
 void add_patterns(const Surface& surface, const CharacteristicOptions& options, const Statics& statics, const Superelement& s,
                   Matrix& T, CharacteristicFigures& figures) {
@@ -196,9 +196,15 @@ void add_patterns(const Surface& surface, const CharacteristicOptions& options, 
          std::to_string(m) + (options.shear ? " loads: three a node" : " loads: one a node"));
   const Matrix f = statics.in_equilibrium(loads.B), Y = statics.solve(f), all = f.transpose() * Y;
   const Index step = options.shear ? 3 : 1, n_uniform = std::min(step, options.patterns), others = options.patterns - n_uniform;
-  Matrix uniform = Matrix::Zero(m, n_uniform);
-  for (Index axis = 0; axis < n_uniform; ++axis)
+  Matrix uniform = Matrix::Zero(m, step);
+  for (Index axis = 0; axis < step; ++axis)
     for (Index i = axis; i < m; i += step) uniform(i, axis) = 1;
+  if (n_uniform < step) {
+    // The directions that the shapes lack most of, as those of the mesh's axes would make the basis depend on these
+    const Matrix left = uniform.transpose() * compliance_left(statics, all, T, f) * uniform;
+    const Eigen::SelfAdjointEigenSolver<Matrix> directions(left);
+    uniform = (uniform * directions.eigenvectors().rightCols(n_uniform)).eval();
+  }
   Index kept = append(s.M_cc, Y * uniform, T);
   if (others > 0) {
     const Eigenpairs pairs = dense_eigenpairs(compliance_left(statics, all, T, f), loads.area, m);

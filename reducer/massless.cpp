@@ -166,7 +166,8 @@ void require_only_rigid(const Vector& lambda, Index n_rigid, double low) {
         "edge: mend the mesh");
   if (n_rigid > 0 && lambda.head(n_rigid).cwiseAbs().maxCoeff() > rigid_tolerance * low)
     throw InputError(
-        "basis: massless: by round-off the stiffness resists rigid motions, so that the free modes cannot be told from them: look for "
+        "basis: massless: by round-off the stiffness resists rigid motions, so that the free modes cannot be told from them: look "
+        "for "
         "parts of very unlike stiffness, slivers, Poisson's ratio near 0.5, or use massless_modes: fixed or basis: craig-bampton");
 }
 
@@ -256,11 +257,12 @@ MasslessFigures make_massless_fixed(const std::vector<Index>& part, Superelement
     throw InputError("modes: " + std::to_string(k) + " fixed modes cannot carry the " + std::to_string(r) +
                      " rigid motions: keep at least that many, and rather ten times as many");
   }
-  // alpha <- alpha + alpha R (L_A^-T - I) R^T M_cc, A = R^T alpha^T alpha R = L_A L_A^T: the modes then have all of the rigid mass,
-  // R^T alpha^T alpha R = I   (k x c)
+  // alpha <- alpha + alpha R (A^-1/2 - I) R^T M_cc, A = R^T alpha^T alpha R: the modes then have all of the rigid mass,
+  // R^T alpha^T alpha R = I   (k x c). The symmetric root depends on no choice of axes, as a Cholesky factor would.
   Matrix alpha = std::move(s.M_kc), alpha_R = alpha * R;
   const Matrix A = alpha_R.transpose() * alpha_R;
-  const double least = Eigen::SelfAdjointEigenSolver<Matrix>(A, Eigen::EigenvaluesOnly).eigenvalues()(0);
+  const Eigen::SelfAdjointEigenSolver<Matrix> roots(A);
+  const double least = roots.eigenvalues()(0);
   if (!(least > least_driven_mass)) {
     throw InputError(
         "modes: the " + std::to_string(k) +
@@ -268,8 +270,7 @@ MasslessFigures make_massless_fixed(const std::vector<Index>& part, Superelement
         "more, or pick: participation");
   }
   figures.lost_mass = 1 - least;
-  Matrix corrected = alpha_R;
-  Eigen::LLT<Matrix>(A).matrixU().solveInPlace<Eigen::OnTheRight>(corrected);
+  const Matrix corrected = alpha_R * roots.operatorInverseSqrt();
   alpha.noalias() += (corrected - alpha_R) * (s.M_cc * R).transpose();
   // F = (K_cc + alpha^T Lambda alpha)^-1   (c x c); U = F alpha^T Lambda   (c x k)
   const Vector lambda = s.eigenvalues;
