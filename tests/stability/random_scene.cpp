@@ -1,38 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tests/stability/random_scene.hpp"
 
-#include <Eigen/Dense>
-
 #include <algorithm>
 #include <cmath>
-#include <random>
+
+#include "tests/stability/random_dice.hpp"
 
 namespace cbr::test {
 namespace {
 
 constexpr const char* kind_names[n_cell_kinds] = {"hex8",   "hex20",    "hex27",         "tet4",       "tet10",
                                                   "wedge6", "pyramid5", "hex8+pyramid5", "hex8+wedge6"};
-
-// Draws that do not depend on the standard library's distributions.
-class Dice {
- public:
-  explicit Dice(unsigned seed) : random_(seed) {}
-  double uniform(double low, double high) { return low + (high - low) * static_cast<double>(random_() >> 1) / 2147483648.0; }
-  Index below(Index n) { return static_cast<Index>(random_() % static_cast<unsigned long>(n)); }
-  bool once_in(Index n) { return below(n) == 0; }
-  Vector3 vector(double s) {
-    const double x = uniform(-s, s), y = uniform(-s, s), z = uniform(-s, s);
-    return {x, y, z};
-  }
-  Matrix3 rotation(double angle) {
-    const double by = uniform(-angle, angle);
-    const Vector3 axis = vector(1) + Vector3(0, 0, 1e-3);
-    return Eigen::AngleAxisd(by, axis.normalized()).toRotationMatrix();
-  }
-
- private:
-  std::mt19937 random_;
-};
 
 std::function<Vector3(const Vector3&)> warp(Dice& dice, double amount) {
   const Vector3 wave = dice.vector(2), phase = dice.vector(3), tilt = dice.vector(0.1);
@@ -44,13 +22,6 @@ std::function<Vector3(const Vector3&)> warp(Dice& dice, double amount) {
 }
 
 Material material(Dice& dice) { return {100 * dice.uniform(0.6, 1.4), dice.uniform(0, 0.4), dice.uniform(0.7, 1.3)}; }
-
-Index interior_dofs(const RandomBody& body) {
-  std::vector<char> kept(static_cast<std::size_t>(body.mesh.coordinates.rows()), 0);
-  for (const auto& set : body.interface_sets)
-    for (const Index node : set_nodes(body.mesh, set)) kept[static_cast<std::size_t>(node)] = 1;
-  return 3 * std::count(kept.begin(), kept.end(), 0);
-}
 
 RandomBody random_body(Dice& dice, const std::string& name) {
   RandomBody b;
@@ -159,9 +130,12 @@ std::string component_text(const RandomBody& b) {
               block.name.substr(0, block.name.find('_')) + "}";
   text += blocks + "}, element: " + b.element + ", mass: " + b.mass;
   if (!b.reduced) return text + "}\n";
-  text += ", reduction: {modes: " + std::to_string(b.modes) + ", pick: " + b.pick + ", interface: [";
+  text += ", reduction: {basis: " + b.basis + (b.reduction.empty() ? "" : ", " + b.reduction) +
+          ", modes: " + std::to_string(b.modes) + ", pick: " + b.pick + ", interface: [";
   for (const auto& set : b.interface_sets) text += set + (&set == &b.interface_sets.back() ? "]" : ", ");
-  return text + (b.domains > 1 ? ", domains: " + std::to_string(b.domains) : "") + "}}\n";
+  if (b.domains > 1) text += ", domains: " + std::to_string(b.domains);
+  if (b.second_modes) text += ", second_reduction: {modes: " + std::to_string(*b.second_modes) + "}";
+  return text + "}}\n";
 }
 
 std::string instance_text(const RandomBody& b, const Change& change, bool in_place) {
@@ -197,6 +171,13 @@ std::string load_text(const RandomLoad& load, const Change& change) {
 
 }  // namespace
 
+Index interior_dofs(const RandomBody& body) {
+  std::vector<char> kept(static_cast<std::size_t>(body.mesh.coordinates.rows()), 0);
+  for (const auto& set : body.interface_sets)
+    for (const Index node : set_nodes(body.mesh, set)) kept[static_cast<std::size_t>(node)] = 1;
+  return 3 * std::count(kept.begin(), kept.end(), 0);
+}
+
 bool RandomScene::has(const std::string& option) const {
   return std::any_of(pairs.begin(), pairs.end(),
                      [&](const RandomPair& pair) { return pair.options.find(option) != std::string::npos; });
@@ -206,12 +187,15 @@ std::string RandomScene::text() const {
   std::string words = integrator;
   for (const RandomBody& b : bodies)
     words += "; " + b.name + ": " + kind_names[static_cast<int>(b.shape.kind)] + " " + b.mass +
-             (b.reduced ? " " + std::to_string(b.modes) + " modes" +
-                              (b.domains > 1 ? " of " + std::to_string(b.domains) + " domains" : "")
+             (b.reduced ? " " + b.basis + " " + b.reduction + " " + std::to_string(b.modes) + " modes" +
+                              (b.domains > 1 ? " of " + std::to_string(b.domains) + " domains" : "") +
+                              (b.second_modes ? " and again " + std::to_string(*b.second_modes) : "")
                         : " full");
   for (const RandomWall& wall : walls) words += "; " + wall.kind;
   for (const RandomPair& pair : pairs) words += "; " + pair.first + " - " + pair.second + pair.options;
-  for (const RandomLoad& load : loads) words += "; " + load.kind;
+  for (const RandomLoad& load : loads)
+    words += "; " + load.kind + (load.surface.empty() ? "" : " on " + load.instance + "." + load.surface);
+  if (mass_scaling) words += "; mass scaling, " + test::text(cfl) + " of the critical step";
   for (const auto& name : held) words += "; held " + name;
   return words + (skin ? "; skin" : "");
 }
@@ -269,8 +253,8 @@ std::string yaml(const RandomScene& scene, const Change& change) {
             ", poissons_ratio: 0.25, density: " + test::text(0.5 * change.mass / std::pow(change.length, 3)) +
             ", thickness: " + test::text(0.05 * change.length) + "}\n";
   return text + "time: {end: " + test::text(change.time * scene.end) + ", step: {cfl: " + test::text(scene.cfl) +
-         "}, integrator: " + scene.integrator + "}\noutput: {every: " + test::text(change.time * scene.every) + ", history: [" +
-         history + "]}\n";
+         "}, integrator: " + scene.integrator + (scene.mass_scaling ? ", mass_scaling: true" : "") +
+         "}\noutput: {every: " + test::text(change.time * scene.every) + ", history: [" + history + "]}\n";
 }
 
 Ran run_in(SceneFolder& folder, const RandomScene& scene, const Change& change) {

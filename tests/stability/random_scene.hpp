@@ -20,6 +20,10 @@ struct RandomBody {
   bool reduced = false;
   Index modes = 0, domains = 1;
   std::vector<std::string> interface_sets;
+  // Other than Craig-Bampton: `reduction` is what a scene says of it, "massless_modes: free"; domains reduced again to so many
+  // modes
+  std::string basis = "craig-bampton", reduction;
+  std::optional<Index> second_modes;
   Matrix3 rotation = Matrix3::Identity();
   Vector3 position = Vector3::Zero(), velocity = Vector3::Zero();
 };
@@ -50,6 +54,9 @@ struct RandomScene {
   std::optional<std::string> skin;  // "a.x_max"
   std::string integrator = "exact";
   double cfl = 0.7, every = 0, end = 0;
+  bool mass_scaling = false;
+  bool loads_inside = false;   // on surfaces that a reduced body does not keep
+  bool keeps_numbers = false;  // with another order of elements it is another model
   // What the changes of the scene may do
   bool in_place = false;
   int threads = 1;
@@ -61,6 +68,13 @@ struct RandomScene {
 // The same seed gives the same scene. Surfaces that are to meet stand close and move towards each other, in no special position, so
 // that which nodes touch which faces does not hang on rounding.
 RandomScene random_scene(unsigned seed);
+
+// The same with bodies of other bases, domains, second reductions, loads inside reduced parts, and steps above the critical one:
+// drawn from a stream of its own, so that random_scene() gives what it gave.
+RandomScene random_scene_of_bases(unsigned seed);
+
+// 3 for each node that no set of the interface has.
+Index interior_dofs(const RandomBody& body);
 
 // The scene with a change of axes, units or common motion, as YAML; and its run.
 std::string yaml(const RandomScene& scene, const Change& change = {});
