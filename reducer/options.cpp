@@ -119,7 +119,7 @@ void add_reduce_options(CLI::App& app, ReduceCommand& command) {
       ->allow_extra_args(false)
       ->type_name("NAME");
   mesh->add_option("--patterns", command.patterns, "number of patterns on each of these (default 20)")->type_name("N");
-  mesh->add_flag("--shear", command.shear, "patterns of traction in all directions, as friction needs, not only of pressure");
+  mesh->add_flag("--shear", command.shear, "patterns of traction in all directions, not only of pressure");
   mesh->add_option("--domains", command.domains, "parts that are reduced each by itself and share nodes (default 1)")
       ->type_name("N");
   mesh->add_flag("--recovery", command.recovery, "store what brings back the interior: Psi, Phi and the connectivity");

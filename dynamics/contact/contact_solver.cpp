@@ -12,6 +12,7 @@
 
 #include "dynamics/contact/basic_impulses.hpp"
 #include "dynamics/contact/block_gauss_seidel.hpp"
+#include "dynamics/contact/cone_impulses.hpp"
 #include "dynamics/contact/contact_newton.hpp"
 #include "dynamics/contact/keep_state.hpp"
 #include "dynamics/contact/projected_gradients.hpp"
@@ -24,6 +25,9 @@ constexpr double aim = 1e-12, enough = 1e-10;
 // Of the active set that takes one point at a time, and up to how many of them.
 constexpr double basic_aim = 1e-11;
 constexpr Index basic_rows = 1500;
+// Rows and rank up to which a singular W with friction is solved in the coordinates that it feels; what is good enough then.
+constexpr Index cone_rows = 6000, cone_rank = 600;
+constexpr double enough_of_cones = 1e-8;
 // Rows from which Krylov methods are faster than factors: docs/decisions/contact-solver.md.
 constexpr Index krylov_rows = 128;
 // Where a factor is still tried when Krylov methods fail, by rows (dense) or entries of W (sparse): seconds, not minutes, in all.
@@ -97,6 +101,7 @@ class Methods {
       for (Index d = 0; from[i] >= 0 && d < n_rows(problem_.laws[i].law); ++d) rows[problem_.first[i] + d] = first[from[i]] + d;
     newton_.renumber(rows);
     sweeps_.reset();
+    cones_.reset();
     norm_ = 0;
   }
 
@@ -107,7 +112,7 @@ class Methods {
       problem_ = contact_problem(std::move(problem_.W), std::move(problem_.laws));
       is_finite_ = all_finite(problem_.W);
     }
-    archive(basic_first_);
+    archive(basic_first_, cones_first_);
     newton_.keep_state(archive, problem_);
   }
 
@@ -142,6 +147,20 @@ class Methods {
     best.offer(problem_, scale, std::move(p), std::move(gap), residual);
   }
 
+  // Of a dense W with friction: false when it is regular, or too large.
+  bool cones(const Vector& g, const Vector& guess, double scale, Best& best) {
+    if (problem_.W.is_sparse || problem_.n_rows() > cone_rows) return false;
+    if (!cones_) cones_ = cone_problem(problem_, std::min(cone_rank, problem_.n_rows() - 1));
+    if (cones_->rank() == 0) return false;
+    ConeImpulses found = cone_impulses(problem_, *cones_, g, guess, enough * scale);
+    best.iterations += found.steps;
+    cones_first_ = found.residual <= enough_of_cones * scale;
+    best.offer(problem_, scale, std::move(found.p), std::move(found.gap), found.residual);
+    return cones_first_;
+  }
+  bool cones_first() const { return cones_first_; }
+  void begin_with_cones() { cones_first_ = true; }
+
   bool basic_first() const { return basic_first_; }
   // Of a dense W.
   void basic(const Vector& g, double scale, Best& best) {
@@ -157,6 +176,8 @@ class Methods {
   bool is_finite_ = true;
   ContactNewton newton_;
   bool basic_first_ = false;  // it has solved what Newton's method did not
+  bool cones_first_ = false;  // the same, with friction
+  std::optional<ConeProblem> cones_;
   std::optional<BlockGaussSeidel> sweeps_;
   double norm_ = 0;  // of W scaled to a unit diagonal, once known
 };
@@ -291,6 +312,10 @@ void ContactSolver::renumber(GapResponse W, std::vector<PointLaw> laws, const st
 
 void ContactSolver::keep_state(StateArchive& archive) { impl_->methods.keep_state(archive); }
 
+bool ContactSolver::begins_with_cones() const { return impl_->methods.cones_first(); }
+
+void ContactSolver::begin_with_cones() { impl_->methods.begin_with_cones(); }
+
 Index ContactSolver::n_factored() const { return impl_->methods.n_factored(); }
 
 ContactSolution ContactSolver::solve(const Vector& g, const Vector& guess) {
@@ -303,12 +328,14 @@ ContactSolution ContactSolver::solve(const Vector& g, const Vector& guess) {
   if (!(scale > 0) || law_violations(methods.problem(), none, g).isZero(0)) return {none, g};
   Best best(g);
   if (methods.basic_first()) methods.basic(g, scale, best);
-  if (!best.done()) attempt(methods, g, guess, scale, best);
+  bool good = methods.cones_first() && methods.cones(g, guess, scale, best);
+  if (!best.done() && !good) attempt(methods, g, guess, scale, best);
   ContactSolution solution;
-  if (!best.done()) {
+  if (!best.done() && !good) {
     solution.fallback = true;
     if (methods.friction()) {
-      sweep_and_attempt(methods, g, scale, best);
+      good = methods.cones(g, guess, scale, best);
+      if (!good) sweep_and_attempt(methods, g, scale, best);
     } else {
       descend(methods, g, scale, best);
       if (best.residual > 1e-7 * scale) forgive(methods, g, scale, best);

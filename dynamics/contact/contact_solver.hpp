@@ -42,6 +42,9 @@ class ContactSolver {
   // Other points: i was point from[i] before, with the same law and entries of W, or is new (-1). What was factored is adapted.
   void renumber(GapResponse W, std::vector<PointLaw> laws, const std::vector<Index>& from);
   void keep_state(StateArchive& archive);
+  // Another W of the same bodies begins with the method that a singular one with friction needed before.
+  bool begins_with_cones() const;
+  void begin_with_cones();
   Index n_factored() const;  // dense symmetric factors so far that were not adapted from the one before
 
  private:

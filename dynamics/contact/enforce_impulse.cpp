@@ -48,7 +48,9 @@ struct ImpulseStep {
 
 void form(const ImpulseStep& step, double h, const std::vector<ContactBody>& bodies, ImpulseMemory& memory) {
   memory.rows = step.list, memory.laws = step.laws, memory.h = h;
+  const bool cones = memory.solver && memory.solver->begins_with_cones();
   memory.solver.emplace(gap_response(step.list, step.laws, bodies), step.laws);
+  if (cones) memory.solver->begin_with_cones();
   fill_keys(step.list, step.laws, memory.keys);
   memory.defects.clear();
   memory.extra = 0;

@@ -13,6 +13,7 @@
 
 #include "common/error.hpp"
 #include "dynamics/setup/contact_faces.hpp"
+#include "dynamics/setup/friction_shapes.hpp"
 
 namespace cbr {
 namespace {
@@ -355,9 +356,10 @@ std::vector<ContactKind> add_contact(const SceneIndex& index, BuiltScene& built,
       continue;
     }
     sim.pairs.push_back(std::move(pair));
-    if (entry.options->enforcement != Enforcement::nodal || entry.options == warned) continue;
-    warn_nodal(*entry.options, built, sim.pairs.back(), report);
+    if (entry.options == warned) continue;
     warned = entry.options;
+    warn_of_few_shapes(sim.pairs.back(), built, report);
+    if (warned->enforcement == Enforcement::nodal) warn_nodal(*entry.options, built, sim.pairs.back(), report);
   }
   return in_contact;
 }

@@ -121,6 +121,34 @@ TEST(CharacteristicContact, MeetsEveryKindOfBody) {
   }
 }
 
+// Few shapes under 49 nodes with friction. It slides over all of the face: what a block loses along the wall is mu times what it
+// gets from it; and nothing happens across its plane of symmetry.
+TEST(CharacteristicContact, SlidesAsCoulombSays) {
+  for (const char* patterns : {"patterns: 1", "patterns: 9, shear: true"}) {
+    for (const double along : {2.0, 0.05}) {
+      Bar p;
+      p.reduction =
+          "basis: characteristic, characteristic: {modes: 10, pressure: [x_min], " + std::string(patterns) + "}, modes: 20";
+      p.contact = "between: [b.x_min, floor], friction: 0.3", p.nu = 0.3;
+      p.instance = ", position: [0.01, 0, 0], velocity: [-1, " + text(along) + ", 0]";
+      p.end = 0.1, p.every = 0.002;
+      const Ran ran = run(p);
+      const std::size_t last = ran.result.time.size() - 1;
+      const Vector3 change = test::at(ran.body("b").momentum, last) - test::at(ran.body("b").momentum, 0);
+      EXPECT_GT(change[0], 1.2 * ran.mass("b"));
+      if (along > 1) {
+        EXPECT_NEAR(change[1], -0.3 * change[0], 0.003 * change[0]) << patterns;
+      } else {
+        EXPECT_LE(std::abs(change[1]), 0.3 * change[0]) << patterns;
+      }
+      EXPECT_LT(std::abs(change[2]), 1e-9 * change[0]) << patterns << " " << along;
+      EXPECT_LT(worst_residual(ran), 1e-9) << patterns << " " << along;
+      EXPECT_LT(test::energy_residual(ran.result), 1e-9) << patterns;
+      EXPECT_LE(ran.result.total.back(), ran.result.total.front() * (1 + 1e-9));
+    }
+  }
+}
+
 // Modal mass scaling goes with it; statics stay.
 TEST(CharacteristicContact, TakesLongerStepsByMassScaling) {
   Bar p;
