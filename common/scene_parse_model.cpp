@@ -188,6 +188,8 @@ void check_characteristic(const ReductionOptions& reduction, const std::string& 
   };
   if (reduction.is_decomposed()) refuse("domains above 1", "reduce the component whole");
   if (!reduction.loads.empty()) refuse("loads", "take the sets into the interface");
+  if (reduction.tolerance)
+    refuse("tolerance, which knows nothing of what the interface's shapes leave out,", "take modes or cutoff_hz");
 }
 
 std::filesystem::path resolve_path(const SceneNode& node, const std::filesystem::path& folder) {

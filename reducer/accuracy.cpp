@@ -8,18 +8,21 @@
 #include <numbers>
 
 #include "common/linalg/dense_factor.hpp"
+#include "common/linalg/eigenpairs.hpp"
 #include "common/mesh/face_weights.hpp"
 #include "reducer/diagonal_form.hpp"
+#include "reducer/missing_modes.hpp"
 
 namespace cbr {
 namespace {
 
-constexpr double nearly_flat = 0.9;       // |sum of area vectors| / area, from here on a surface has a normal
-constexpr double no_strain = 1e-12;       // of the largest: a rigid motion that does not bend the interior
-constexpr Index largest_dense = 6000;     // interface dofs up to which K_cc and M_res are factored for this
-constexpr double enough = 0.1;            // relative error of an eigenvalue: those above are of no interest
-constexpr Index block = 8, most = 32;     // modes that are estimated
-constexpr double good_eigenvalue = 0.02;  // 1 % of the frequency
+constexpr double nearly_flat = 0.9;                  // |sum of area vectors| / area, from here on a surface has a normal
+constexpr double no_strain = 1e-12;                  // of the largest: a rigid motion that does not bend the interior
+constexpr Index largest_dense = 6000;                // interface dofs up to which K_cc and M_res are factored for this
+constexpr double enough = 0.1;                       // relative error of an eigenvalue: those above are of no interest
+constexpr Index most = 32, beside = 16;              // modes that are estimated, and more that these may mix with
+constexpr Index most_rigid = 12;                     // rigid motions up to which they are among those
+constexpr double good_eigenvalue = 1 - 0.99 * 0.99;  // 1 % of the frequency
 
 // Area vectors of the surface at its nodes' dofs   (c)
 Vector normals_on_dofs(const Superelement& s, const Surface& surface) {
@@ -35,6 +38,32 @@ bool is_nearly_flat(const Superelement& s, const Surface& surface) {
   return whole.norm() > nearly_flat * face_weights(surface, s.coordinates).sum();
 }
 
+// With residual vectors, which have a part of every mode, the modes that were dropped are not apart from the others any more.
+ModesNotKept settled(ModesNotKept m, const Partition& p, const SparseCholesky& factor, const Superelement& s) {
+  const Index n_known = s.k() - s.n_residual + m.lambda.size();
+  if (n_known >= p.n_interior()) {
+    m.beyond = 0;
+  } else if (m.beyond == 0) {
+    const auto times_mass = [&](const Vector& x, Vector& y) { y = p.M_II * x; };
+    m.beyond = 1 / largest_eigenvalue(p.n_interior(), times_mass, [&](const Vector& x, Vector& y) { y = factor.solve(Matrix(x)); });
+  }
+  if (s.n_residual > 0 && m.lambda.size() > 0) {
+    m.beyond = m.beyond > 0 ? std::min(m.beyond, m.lambda.minCoeff()) : m.lambda.minCoeff();
+    m.lambda.resize(0), m.M_kc.resize(0, s.c());
+  }
+  if (m.lambda.size() == 0) m.M_kc.resize(0, s.c());
+  return m;
+}
+
+// Hz, below which no fixed-interface mode is missing.
+double complete_below(const ModesNotKept& m, const Superelement& s) {
+  const Index own = s.k() - s.n_residual;
+  double lowest = m.beyond > 0 ? m.beyond : HUGE_VAL;
+  if (m.lambda.size() > 0) lowest = std::min(lowest, m.lambda.minCoeff());
+  if (lowest == HUGE_VAL) lowest = own > 0 ? s.eigenvalues.head(own).maxCoeff() : 0;
+  return std::sqrt(lowest) / (2 * std::numbers::pi);
+}
+
 // Statics of the free component under a uniform pressure on each of the surfaces, inertia of the rigid motion that they set going
 // in balance with them   (c x surfaces); without columns when K_cc does not let it.
 Matrix pressure_motions(const Superelement& s, const std::vector<const Surface*>& surfaces, const std::vector<Index>& part) {
@@ -44,22 +73,18 @@ Matrix pressure_motions(const Superelement& s, const std::vector<const Surface*>
   for (Index j = 0; j < F.cols(); ++j) F.col(j) = normals_on_dofs(s, *surfaces[j]);
   // F <- F - M_cc R (R^T M_cc R)^-1 R^T F
   const Matrix MR = s.M_cc * R;
-  F -= MR * Matrix(R.transpose() * MR).ldlt().solve(R.transpose() * F);
-  const Matrix N = Eigen::HouseholderQR<Matrix>(R).householderQ() * Matrix::Identity(R.rows(), R.cols());
-  Matrix K = s.K_cc;
-  K.noalias() += s.K_cc.diagonal().mean() * N * N.transpose();
-  const Eigen::LLT<Matrix> llt(K);
+  const Eigen::LDLT<Matrix> mass_of_rigid(R.transpose() * MR);
+  F -= MR * mass_of_rigid.solve(R.transpose() * F);
+  Matrix K = hold_rigid_motions(s.K_cc, R).K;
+  const Eigen::LLT<Eigen::Ref<Matrix>> llt(K);  // in place
   if (llt.info() != Eigen::Success) return Matrix(s.c(), 0);
-  return llt.solve(F);
+  Matrix W = llt.solve(F);
+  // No rigid motion in it, in the mass, whatever the mesh: W <- W - R (R^T M_cc R)^-1 R^T M_cc W
+  W -= R * mass_of_rigid.solve(MR.transpose() * W);
+  return W;
 }
 
 }  // namespace
-
-Matrix inertia_forces(const Partition& p, const SparseCholesky& factor, const Matrix& W) {
-  Matrix X = p.K_IC * W;
-  factor.solve_in_place(X);
-  return p.M_IC * W - p.M_II * X;
-}
 
 InterfaceMotions interface_motions(const Partition& p, const SparseCholesky& factor, const Superelement& s,
                                    const std::vector<Index>& part) {
@@ -143,34 +168,32 @@ double impact_share(const Superelement& s, const Matrix& L, const Surface& surfa
 }
 
 void estimate_eigenvalue_errors(const Partition& p, const SparseCholesky& factor, const Superelement& s, Index n_rigid,
-                                Superelement::Accuracy& accuracy) {
-  const Index last = std::min(s.n(), n_rigid + most);
-  std::vector<double> frequency, error;
-  bool good = true;
-  for (Index first = n_rigid; first < last && (error.empty() || error.back() < enough); first += block) {
-    const Index count = std::min(block, last - first);
-    const Matrix U = s.V.block(s.k(), first, s.c(), count);
-    Matrix Y(p.n_interior(), count), X(p.n_interior(), count);
-    if (p.n_interior() > 0) X = Y = inertia_forces(p, factor, U), factor.solve_in_place(X);
-    // r_I = lambda (M_II Phi M_kc u_c - Y u_c), as the row of the modes holds exactly; so
-    // eta = lambda (y^T K_II^-1 y - a^T Lambda^-1 a),  a = M_kc u_c
-    const Matrix A = s.k() > 0 ? Matrix(s.M_kc * U) : Matrix(0, count);
-    for (Index j = 0; j < count; ++j) {
-      const double lambda = s.omega(first + j) * s.omega(first + j);
-      double left = Y.col(j).dot(X.col(j));
-      if (s.k() > 0) left -= A.col(j).cwiseAbs2().dot(s.eigenvalues.cwiseInverse());
-      frequency.push_back(s.omega(first + j) / (2 * std::numbers::pi));
-      error.push_back(std::max(0.0, lambda * left));
-      good = good && error.back() <= good_eigenvalue;
-      if (good) accuracy.covered_hz = frequency.back();
-    }
-  }
-  accuracy.frequency_hz = Eigen::Map<const Vector>(frequency.data(), static_cast<Index>(frequency.size()));
-  accuracy.eigenvalue_error = Eigen::Map<const Vector>(error.data(), static_cast<Index>(error.size()));
+                                const ModesNotKept& not_kept, Superelement::Accuracy& accuracy) {
+  const Index first = n_rigid <= most_rigid ? 0 : n_rigid, count = std::min(s.n() - n_rigid, most);
+  const Index m = std::min(s.n(), n_rigid + most + beside) - first;
+  const Matrix U = s.V.block(s.k(), first, s.c(), m);
+  const Vector lambda = s.omega.segment(first, m).cwiseAbs2();
+  const InteriorAnswer answer = interior_answer(p, factor, U);
+  // D = Y^T K_II^-1 Y - A^T Lambda^-1 A, A = M_kc U: what is kept, and what is known beside it
+  MissingModes missing{not_kept.lambda, not_kept.M_kc * U, answer.E, answer.E_2, not_kept.beyond};
+  take_out(s.eigenvalues, s.M_kc * U, missing.D, missing.D_2);
+  take_out(missing.lambda, missing.A, missing.D, missing.D_2);
+  const Vector full = full_eigenvalues(lambda, missing, n_rigid - first, count);
+  Vector error = Vector::Zero(count);
+  for (Index j = 0; j < count; ++j)
+    if (const double own = lambda(n_rigid - first + j); own > 0) error(j) = std::max(0.0, 1 - full(j) / own);
+  const auto above = [&](double most_error) {
+    return static_cast<Index>(std::find_if(error.begin(), error.end(), [&](double e) { return !(e <= most_error); }) -
+                              error.begin());
+  };
+  const Index n = std::min(count, above(enough) + 1), good = above(good_eigenvalue);
+  accuracy.frequency_hz = s.omega.segment(n_rigid, n) / (2 * std::numbers::pi);
+  accuracy.eigenvalue_error = error.head(n);
+  if (good > 0) accuracy.covered_hz = accuracy.frequency_hz(good - 1);
 }
 
 Superelement::Accuracy accuracy_of(const Partition& p, const SparseCholesky& factor, const InterfaceMotions& motions,
-                                   const Superelement& s, Index n_rigid) {
+                                   const Superelement& s, Index n_rigid, const ModesNotKept& not_kept) {
   Superelement::Accuracy a;
   a.rho_res = residual_mass_share(s);
   if (p.lumped) {
@@ -190,7 +213,9 @@ Superelement::Accuracy accuracy_of(const Partition& p, const SparseCholesky& fac
   const Matrix L = any_flat && s.c() <= largest_dense ? residual_mass_factor(s) : Matrix();
   for (const Surface& surface : s.surfaces)
     if (L.rows() > 0 && is_nearly_flat(s, surface)) a.surfaces[surface.name].impact = impact_share(s, L, surface);
-  if (s.has_diagonal_form()) estimate_eigenvalue_errors(p, factor, s, n_rigid, a);
+  const ModesNotKept others = settled(not_kept, p, factor, s);
+  a.complete_hz = complete_below(others, s);
+  if (s.has_diagonal_form()) estimate_eigenvalue_errors(p, factor, s, n_rigid, others, a);
   return a;
 }
 

@@ -24,9 +24,6 @@ struct InterfaceMotions {
   Index size() const { return W.cols(); }
 };
 
-// Y = (M_IC + M_II Psi) W   (n_I x m), Psi W = -K_II^-1 K_IC W
-Matrix inertia_forces(const Partition& p, const SparseCholesky& factor, const Matrix& W);
-
 // s: K_cc, M_cc and what describes its interface. `part`: per node of it, the connected part of the component. 2 m solves.
 InterfaceMotions interface_motions(const Partition& p, const SparseCholesky& factor, const Superelement& s,
                                    const std::vector<Index>& part);
@@ -47,14 +44,23 @@ Matrix residual_mass_factor(const Superelement& s);
 // normals' rows G and the rigid translation r.
 double impact_share(const Superelement& s, const Matrix& L, const Surface& surface);
 
-// Of the free component's lowest elastic modes (columns of V beyond n_rigid): eta = r_I^T K_II^-1 r_I / lambda, the share by which
-// lambda is too high, to second order. The lowest 32, fewer where one is off by more than 0.1. Two solves a mode.
-void estimate_eigenvalue_errors(const Partition& p, const SparseCholesky& factor, const Superelement& s, Index n_rigid,
-                                Superelement::Accuracy& accuracy);
+// Fixed-interface modes that a superelement does not have.
+struct ModesNotKept {
+  Vector lambda;      // d, of those that were computed and dropped
+  Matrix M_kc;        // d x c, their coupling
+  double beyond = 0;  // no other has a lower eigenvalue; 0: there are no others, or that is not known
+};
 
-// All of the above. n_rigid: columns of V that are rigid motions; looked at when s has its diagonal form.
+// Of the free component's lowest elastic modes (columns of V beyond n_rigid): by what share lambda is too high at most, from what
+// the modes that are not kept take from the reduced stiffness (full_eigenvalues()). The lowest 32, and none after the first that
+// may be off by more than 0.1. Two solves a mode.
+void estimate_eigenvalue_errors(const Partition& p, const SparseCholesky& factor, const Superelement& s, Index n_rigid,
+                                const ModesNotKept& not_kept, Superelement::Accuracy& accuracy);
+
+// All of the above. n_rigid: columns of V that are rigid motions; looked at when s has its diagonal form. not_kept.beyond, where it
+// is not known, is found by Lanczos.
 Superelement::Accuracy accuracy_of(const Partition& p, const SparseCholesky& factor, const InterfaceMotions& motions,
-                                   const Superelement& s, Index n_rigid);
+                                   const Superelement& s, Index n_rigid, const ModesNotKept& not_kept);
 
 // For the summary.
 void say_accuracy(const Superelement& s, Report& report);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Errors that are known before a run, in words.
 #include <algorithm>
+#include <cmath>
 #include <string>
 
 #include "common/format_text.hpp"
@@ -28,18 +29,17 @@ void say_estimates(const Superelement::Accuracy& a, Report& report) {
   const Index m = a.frequency_hz.size();
   if (m == 0) return;
   const auto good = std::count_if(a.frequency_hz.begin(), a.frequency_hz.end(), [&](double f) { return f <= a.covered_hz; });
+  // lambda (1 - error) is the exact one's at least
+  const auto percent = [&](Index j) { return 100 * (1 - std::sqrt(std::max(0.0, 1 - a.eigenvalue_error(j)))); };
   std::string text = "  free modes   ";
-  if (good == m) {
-    text += format_text("the lowest %lld, up to %.6g Hz, are right to 1 %% of their frequency", static_cast<long long>(m),
+  if (good > 0) {
+    text += format_text("the lowest %lld, up to %.6g Hz, are right to 1 %% of their frequency", static_cast<long long>(good),
                         a.covered_hz);
-  } else if (good > 0) {
-    text += format_text("the lowest %lld, up to %.6g Hz, are right to 1 %% of their frequency, the next at %.6g Hz to %.2g %%",
-                        static_cast<long long>(good), a.covered_hz, a.frequency_hz(good), 50 * a.eigenvalue_error(good));
+    if (good < m) text += format_text(", the next at %.6g Hz to %.2g %%", a.frequency_hz(good), percent(good));
   } else {
-    text += format_text("even the lowest, at %.6g Hz, is right to %.2g %% of its frequency only", a.frequency_hz(0),
-                        50 * a.eigenvalue_error(0));
+    text += format_text("even the lowest, at %.6g Hz, may be too high by %.2g %% of it", a.frequency_hz(0), percent(0));
   }
-  report.line(text + " (estimated from residuals)");
+  report.line(text + " (estimated)");
   for (Index j = 0; j < m; ++j)
     report.detail(format_text("free mode %lld: %.6g Hz, eigenvalue too high by %.2e", static_cast<long long>(j + 1),
                               a.frequency_hz(j), a.eigenvalue_error(j)));

@@ -17,6 +17,7 @@ namespace {
 
 constexpr double least_part = 1e-5;       // of a response's length, beside what is in the basis: below, it is in it
 constexpr double rigid_tolerance = 1e-8;  // of rigid motions, in the span of the shapes
+constexpr const char* shapes = "the interface's shapes";
 
 [[noreturn]] void fail(const std::string& what) { throw InputError("characteristic." + what); }
 
@@ -57,15 +58,6 @@ std::pair<std::vector<Index>, std::vector<Index>> split(const Superelement& s, c
   return dofs;
 }
 
-// X <- X L^-T with X^T M X = L L^T; twice, as the first pass leaves cond(X) times round-off.
-void orthonormalise(const Matrix& M, Matrix& X) {
-  for (int pass = 0; pass < 2; ++pass) {
-    const Eigen::LLT<Matrix> llt(X.transpose() * (M * X));
-    if (llt.info() != Eigen::Success) throw RunError("the mass of the interface's shapes is not positive definite");
-    llt.matrixU().solveInPlace<Eigen::OnTheRight>(X);
-  }
-}
-
 // B <- (L L^T)^-1 B
 void solve_cholesky(const Matrix& L, Matrix& B) {
   L.triangularView<Eigen::Lower>().solveInPlace(B);
@@ -92,7 +84,7 @@ Matrix shapes_of_all(const Superelement& s, Index modes, const Matrix& R, Charac
   figures.highest = std::sqrt(std::max(pairs.lambda(r + modes - 1), 0.0));
   Matrix X = pairs.Phi.rightCols(modes);
   for (int pass = 0; pass < 2; ++pass) X -= R * ((s.M_cc * R).transpose() * X).eval();
-  orthonormalise(s.M_cc, X);
+  orthonormalise(s.M_cc, X, shapes);
   T.rightCols(modes) = X;
   return T;
 }
@@ -126,27 +118,23 @@ Matrix shapes_beside_kept(const Superelement& s, Index modes, const std::vector<
 // Static responses of a free interface, loads being balanced by the inertia of its rigid motions R, R^T M_cc R = I.
 class Statics {
  public:
-  Statics(const Superelement& s, const Matrix& R) : s_(s), R_(R), P_(s.M_cc * R) {
-    // (K_cc + scale N N^T)^-1, N an orthonormal basis of R: a generalised inverse of K_cc
-    N_ = Eigen::HouseholderQR<Matrix>(R).householderQ() * Matrix::Identity(R.rows(), R.cols());
-    scale_ = s.K_cc.diagonal().mean();
-    L_ = s.K_cc;
-    L_.noalias() += scale_ * N_ * N_.transpose();
-    if (!dense_cholesky(L_)) fail("pressure: the interface moves without strain in more ways than as a rigid body: mend the mesh");
+  Statics(const Superelement& s, const Matrix& R) : s_(s), R_(R), P_(s.M_cc * R), held_(hold_rigid_motions(s.K_cc, R)) {
+    if (!dense_cholesky(held_.K))
+      fail("pressure: the interface moves without strain in more ways than as a rigid body: mend the mesh");
   }
 
   Matrix in_equilibrium(const Matrix& B) const { return B - P_ * (R_.transpose() * B); }
 
   Matrix solve(Matrix B) const {
-    solve_cholesky(L_, B);
+    solve_cholesky(held_.K, B);
     return B;
   }
 
   // f^T T (T^T K_cc T)^+ T^T f: what of the compliance the shapes T have, which span the rigid motions
   Matrix compliance_in(const Matrix& T, const Matrix& f) const {
     Matrix K = T.transpose() * (s_.K_cc * T);
-    const Matrix NT = N_.transpose() * T;
-    K.noalias() += scale_ * NT.transpose() * NT;
+    const Matrix NT = held_.N.transpose() * T;
+    K.noalias() += held_.scale * NT.transpose() * NT;
     const Eigen::LDLT<Matrix> factor(K);
     const Matrix F = T.transpose() * f;
     return F.transpose() * factor.solve(F);
@@ -154,14 +142,14 @@ class Statics {
 
  private:
   const Superelement& s_;
-  Matrix R_, P_, N_, L_;
-  double scale_ = 1;
+  Matrix R_, P_;
+  HeldStiffness held_;  // K: its Cholesky factor
 };
 
 // Makes U orthogonal to T and itself, in M's product, and appends what is left of it. T need not be orthonormal.
 Index append(const Matrix& M, const Matrix& U, Matrix& T) {
   Matrix Q = T;
-  orthonormalise(M, Q);
+  orthonormalise(M, Q, shapes);
   Index kept = 0;
   for (Index j = 0; j < U.cols(); ++j) {
     Vector u = U.col(j);
@@ -280,7 +268,7 @@ CharacteristicFigures make_characteristic(const CharacteristicOptions& options, 
   figures.n_fixed = s.k();
   figures.rho = residual_mass_share(s);
   Matrix R = rigid_motions_of_parts(s, part).bottomRows(s.c());
-  orthonormalise(s.M_cc, R);
+  orthonormalise(s.M_cc, R, shapes);
   const auto [kept, others] = split(s, options.keep);
   Matrix T =
       kept.empty() ? shapes_of_all(s, options.modes, R, figures) : shapes_beside_kept(s, options.modes, kept, others, figures);

@@ -17,6 +17,7 @@
 #include "reducer/diagonal_form.hpp"
 #include "reducer/domains.hpp"
 #include "reducer/estimate.hpp"
+#include "reducer/interior_loads.hpp"
 #include "reducer/panel_memory.hpp"
 #include "reducer/reduce.hpp"
 #include "reducer/second_reduction.hpp"
@@ -91,11 +92,8 @@ Index diagonal_limit(const ReduceCommand& command, const ReductionOptions& reduc
   return command.diagonal_limit.value_or(group ? group_diagonal_limit : ReduceSettings{}.diagonal_limit);
 }
 
-// Of one that a reduction to one superelement takes in; others, and other bases, know loads on their interface only.
-std::vector<std::string> loads_taken_in(const Scene& scene, const Component& component) {
-  const ReductionOptions& reduction = *component.reduction;
-  return reduction.is_decomposed() || reduction.basis != "craig-bampton" ? std::vector<std::string>() : load_sets(scene, component);
-}
+// A reduction to one superelement does; others, and other bases, know loads on their interface only.
+bool takes_loads_in(const ReductionOptions& reduction) { return !reduction.is_decomposed() && reduction.basis == "craig-bampton"; }
 
 // Each set is on the interface or has its load inside, and no others have.
 bool has_loads(const Superelement& s, const std::vector<std::string>& sets) {
@@ -116,7 +114,7 @@ bool is_up_to_date(const ReductionOptions& reduction, const std::string& hash, c
     const SuperelementParts light = {false, true, false};
     const Superelement s =
         group ? join(read_superelement_group(reduction.superelement, light)) : read_superelement(reduction.superelement, light);
-    return s.has_diagonal_form() == (s.n() <= diagonal_limit && s.has_interface_matrices()) && (group || has_loads(s, loads));
+    return s.has_diagonal_form() == (s.n() <= diagonal_limit && s.has_interface_matrices()) && has_loads(s, loads);
   } catch (const InputError&) {
     return false;  // damaged: it is made anew
   }
@@ -174,7 +172,7 @@ class Reducer {
     UnchangedFiles inputs;
     inputs.add(component.mesh);
     const std::string hash = content_hash(scene, component);
-    loads_ = loads_taken_in(scene, component);
+    loads_ = load_sets(scene, component);
     if (!command_.force && is_up_to_date(reduction, hash, loads_, settings_.diagonal_limit)) {
       report_.line(component.name + ": " + reduction.superelement.string() + " is up to date: nothing to do");
       return;
@@ -200,6 +198,7 @@ class Reducer {
     const std::vector<BlockProperties> properties = block_properties(scene, component, mesh);
     const auto p = provenance(component, properties, mesh);
     inputs.check();
+    if (!takes_loads_in(*component.reduction)) refuse_loads_inside(mesh, *component.reduction, loads_);
     if (component.reduction->is_decomposed()) {
       make_group(mesh, properties, component, hash, p);
     } else {
@@ -211,7 +210,7 @@ class Reducer {
                 const std::string& hash, const std::map<std::string, std::string>& provenance) {
     ReductionFigures figures;
     ReductionOptions options = *component.reduction;
-    options.loads = loads_;
+    options.loads = takes_loads_in(options) ? loads_ : std::vector<std::string>();
     Superelement s = reduce(mesh, properties, component.mass, options, settings_, report_, &figures);
     finish(std::move(s), figures, component, hash, provenance);
   }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/superelement.hpp"
+#include "reducer/rigid_motions.hpp"
 
 namespace cbr {
 
@@ -15,8 +16,5 @@ namespace cbr {
 Index add_diagonal_form(Superelement& superelement, const std::vector<Index>& part);
 // The same with rigid motions R (n x r, independent columns) as they are.
 void add_diagonal_form(Superelement& superelement, Matrix R);
-
-// Rigid motions of each part in reduced coordinates, n x 6 parts (fewer when a part's nodes are on one line).
-Matrix rigid_motions_of_parts(const Superelement& superelement, const std::vector<Index>& part);
 
 }  // namespace cbr

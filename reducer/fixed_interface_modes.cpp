@@ -19,6 +19,8 @@ namespace {
 
 // Two eigenvalues closer than this are one multiple eigenvalue to the inertia count.
 constexpr double relative_gap = 1e-7;
+// Candidates for pick: participation (docs/decisions/reduction.md).
+constexpr Index least_candidates = 200, candidates_per_mode = 4;
 // Minutes of dense work and 5 GB, as a last resort.
 constexpr Index largest_dense = 15000;
 
@@ -169,6 +171,21 @@ FixedInterfaceModes more_modes(const Partition& partition, const SparseCholesky&
 Index count_modes_below(const Partition& partition, const SparseCholesky& factor, double frequency_hz) {
   const double omega = 2 * std::numbers::pi * frequency_hz;
   return inertia_below(partition, factor, omega * omega);
+}
+
+Index n_mode_candidates(const std::string& pick, Index wanted, Index n_interior) {
+  if (pick != "participation" || wanted == 0 || wanted >= n_interior) return wanted;
+  return std::min(n_interior, std::max(candidates_per_mode * wanted, least_candidates));
+}
+
+std::vector<Index> modes_by_participation(const Matrix& M_kc, Index count) {
+  const Vector participation = M_kc.rowwise().squaredNorm();
+  std::vector<Index> order(static_cast<std::size_t>(M_kc.rows()));
+  std::iota(order.begin(), order.end(), Index{0});
+  std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return participation(a) > participation(b); });
+  order.resize(static_cast<std::size_t>(std::min<Index>(count, M_kc.rows())));
+  std::sort(order.begin(), order.end());
+  return order;
 }
 
 void check_modes_wanted(const ReductionOptions& options) {

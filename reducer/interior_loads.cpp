@@ -26,7 +26,27 @@ std::vector<Index> places(const Mesh& mesh, const FiniteElementModel& model, con
   return place;
 }
 
+Surface surface_of_load(const Mesh& mesh, const std::string& name) {
+  const Index set = find_sideset(mesh, name);
+  if (set < 0) throw InputError("loads: the mesh has no sideset '" + name + "' (there are: " + set_names(mesh) + ")");
+  return extract_surface(mesh, mesh.sidesets[set]);
+}
+
 }  // namespace
+
+void refuse_loads_inside(const Mesh& mesh, const ReductionOptions& reduction, const std::vector<std::string>& sets) {
+  if (sets.empty()) return;
+  const FiniteElementModel model = number_nodes(mesh);
+  std::vector<char> is_kept(mesh.node_ids.size(), 0);
+  for (const Index i : interface_nodes(mesh, model, reduction.interface_sets)) is_kept[model.nodes[i]] = 1;
+  for (const std::string& name : sets) {
+    const std::vector<Index> nodes = surface_nodes(surface_of_load(mesh, name));
+    if (std::all_of(nodes.begin(), nodes.end(), [&](Index node) { return is_kept[node] != 0; })) continue;
+    const std::string who = reduction.is_decomposed() ? "domains above 1 know" : "basis: " + reduction.basis + " knows";
+    throw InputError("loads: '" + name + "' lies inside the part, and " + who +
+                     " loads on the interface only: add it to reduction.interface, or use basis: craig-bampton with domains: 1");
+  }
+}
 
 InteriorLoads interior_loads(const Mesh& mesh, const FiniteElementModel& model, const Partition& p,
                              const std::vector<std::string>& sets) {
@@ -35,9 +55,7 @@ InteriorLoads interior_loads(const Mesh& mesh, const FiniteElementModel& model, 
   std::vector<Vector> weights;
   std::vector<std::vector<Index>> nodes;
   for (const std::string& name : sets) {
-    const Index set = find_sideset(mesh, name);
-    if (set < 0) throw InputError("loads: the mesh has no sideset '" + name + "' (there are: " + set_names(mesh) + ")");
-    const Surface surface = extract_surface(mesh, mesh.sidesets[set]);
+    const Surface surface = surface_of_load(mesh, name);
     std::vector<Index> of_surface = surface_nodes(surface);
     for (const Index node : of_surface)
       if (model.row[node] < 0) throw InputError("loads: sideset '" + name + "' has a node that no volume element uses");

@@ -8,6 +8,7 @@
 
 #include "common/linalg/sparse_cholesky.hpp"
 #include "common/mesh/mesh.hpp"
+#include "common/scene.hpp"
 #include "common/superelement.hpp"
 #include "reducer/fixed_interface_modes.hpp"
 #include "reducer/partition.hpp"
@@ -26,6 +27,10 @@ struct InteriorLoads {
 // Of those of `sets` that have a node inside the part. InputError: a name that is no sideset of the mesh.
 InteriorLoads interior_loads(const Mesh& mesh, const FiniteElementModel& model, const Partition& p,
                              const std::vector<std::string>& sets);
+
+// InputError unless all of each of `sets` lies within the interface that the sets of the reduction make: for those that know no
+// loads inside.
+void refuse_loads_inside(const Mesh& mesh, const ReductionOptions& reduction, const std::vector<std::string>& sets);
 
 // Residual vectors, as further columns of Phi with lambda of their own: what K_II^-1 F has that the modes do not,
 // X = K_II^-1 F - Phi Lambda^-1 Phi^T F, made orthonormal by the Ritz problem X^T K_II X, X^T M_II X (Rubin 1975; MacNeal 1971).

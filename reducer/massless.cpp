@@ -21,16 +21,6 @@ constexpr double least_pivot = 1e-10;       // of F, as a share of the elastic c
 constexpr double rigid_tolerance = 1e-6;    // of the lowest elastic eigenvalue
 constexpr double least_driven_mass = 1e-6;  // of a rigid motion's, in the modes
 
-// N <- N L^-T with N^T M N = L L^T; twice, as the first pass leaves cond(N) times round-off.
-template <typename TimesMass>
-void orthonormalise(const TimesMass& times_mass, Matrix& N) {
-  for (int pass = 0; pass < 2; ++pass) {
-    const Eigen::LLT<Matrix> llt(N.transpose() * times_mass(N));
-    if (llt.info() != Eigen::Success) throw RunError("the mass of the rigid motions is not positive definite");
-    llt.matrixU().solveInPlace<Eigen::OnTheRight>(N);
-  }
-}
-
 // Six of each part, about its middle and of its size, N^T M N = I   (N x 6 parts)
 Matrix rigid_motions(const FreeModel& model) {
   const Index n_parts = *std::max_element(model.part.begin(), model.part.end()) + 1;
@@ -50,19 +40,16 @@ Matrix rigid_motions(const FreeModel& model) {
       if (model.part[i] == number) N.block(row, 6 * number, 3, 6) = all.middleRows(row, 3);
     }
   }
-  orthonormalise([&](const Matrix& X) { return Matrix(model.M * X); }, N);
+  orthonormalise([&](const Matrix& X) { return Matrix(model.M * X); }, N, "the rigid motions");
   return N;
 }
 
-// A generalised inverse of K_cc: of K_cc + s N' N'^T, N' an orthonormal basis of the rigid motions of the interface   (c x c)
-Matrix compliance_of_interface(Matrix K_cc, const Matrix& N_c) {
-  const Matrix N = Eigen::HouseholderQR<Matrix>(N_c).householderQ() * Matrix::Identity(N_c.rows(), N_c.cols());
-  const double scale = K_cc.diagonal().mean();
-  K_cc.noalias() += scale * N * N.transpose();
-  if (!dense_cholesky(K_cc))
-    throw InputError("the reduced stiffness of the interface has motions without strain that are not rigid");
-  dense_inverse_of_cholesky(K_cc);
-  return K_cc;
+// A generalised inverse of K_cc, N_c being the rigid motions of the interface   (c x c)
+Matrix compliance_of_interface(const Matrix& K_cc, const Matrix& N_c) {
+  Matrix K = hold_rigid_motions(K_cc, N_c).K;
+  if (!dense_cholesky(K)) throw InputError("the reduced stiffness of the interface has motions without strain that are not rigid");
+  dense_inverse_of_cholesky(K);
+  return K;
 }
 
 // What solves K u = f for loads f in equilibrium, from what a reduction has: (u_c; u_I) = G f, K G K = K.
@@ -251,7 +238,7 @@ MasslessFigures make_massless_fixed(const std::vector<Index>& part, Superelement
   MasslessFigures figures;
   const Index k = s.k();
   Matrix R = rigid_motions_of_parts(s, part).bottomRows(s.c());  // c x r
-  orthonormalise([&](const Matrix& X) { return Matrix(s.M_cc * X); }, R);
+  orthonormalise(s.M_cc, R, "the rigid motions");
   const Index r = figures.n_rigid = R.cols();
   if (k < r) {
     throw InputError("modes: " + std::to_string(k) + " fixed modes cannot carry the " + std::to_string(r) +

@@ -10,6 +10,7 @@
 #include "common/linalg/eigenpairs.hpp"
 #include "common/number_text.hpp"
 #include "reducer/diagonal_form.hpp"
+#include "reducer/missing_modes.hpp"
 
 namespace cbr {
 namespace {
@@ -18,8 +19,10 @@ constexpr Index first_candidates = 64, most_candidates = 5000;
 constexpr Index largest_dense = 6000;   // interface dofs up to which free modes are looked at
 constexpr double one_frequency = 1e-6;  // of eigenvalues: closer ones are taken together
 constexpr double near = 2;              // times a free mode's eigenvalue: held modes below are kept in any case
-constexpr double margin = 0.9;          // of the tolerance: the free modes that an error is estimated with are a little off
-constexpr int most_rounds = 6;
+// Of the tolerance. What is picked for is less than what is put up with, as the free modes that errors are estimated with are a
+// little off until they are computed again.
+constexpr double aim = 0.9, accepted = 0.98;
+constexpr Index beside = 16;  // free modes above the ten that these may mix with
 
 // M_kc of modes, K_II^-1 M_II Phi being Phi Lambda^-1   (k x c)
 Matrix coupling_of_modes(const Partition& p, const FixedInterfaceModes& modes) {
@@ -28,25 +31,38 @@ Matrix coupling_of_modes(const Partition& p, const FixedInterfaceModes& modes) {
          modes.lambda.cwiseInverse().asDiagonal() * Matrix(p.K_IC.transpose() * modes.Phi).transpose();
 }
 
-// Eigenvalue and interface part of the free component's lowest elastic modes, with the modes at hand.
+// Eigenvalues and interface parts of the free component's lowest modes, rigid ones first, with the modes at hand.
 struct FreeModes {
-  Vector lambda;  // f
-  Matrix U;       // c x f
+  Index n_rigid = 0, n_asked = 0;  // elastic ones whose error counts; those after them may mix with them
+  Vector lambda;                   // f
+  Matrix U;                        // c x f
+
+  double last_asked() const { return n_asked > 0 ? lambda(n_rigid + n_asked - 1) : 0; }
 };
 
 FreeModes free_modes(const Partition& p, const Superelement& s, const std::vector<Index>& part, const FixedInterfaceModes& modes) {
-  if (s.c() > largest_dense) return {Vector(0), Matrix(s.c(), 0)};
+  if (s.c() > largest_dense) return {0, 0, Vector(0), Matrix(s.c(), 0)};
   Superelement reduced;
   reduced.node_ids = s.node_ids, reduced.coordinates = s.coordinates, reduced.rigid_body = s.rigid_body;
   reduced.dof_node = s.dof_node, reduced.dof_component = s.dof_component;
   reduced.eigenvalues = modes.lambda, reduced.K_cc = s.K_cc, reduced.M_cc = s.M_cc;
   reduced.M_kc = coupling_of_modes(p, modes);
   const Index n_rigid = rigid_motions_of_parts(reduced, part).cols();
-  const Index count = std::min(reduced.n(), n_rigid + n_free_modes_of_tolerance) - n_rigid;
-  if (count <= 0) return {Vector(0), Matrix(s.c(), 0)};
-  const Eigenpairs pairs = dense_eigenpairs(reduced_stiffness(reduced), reduced_mass(reduced), n_rigid + count);
+  const Index asked = std::min(reduced.n() - n_rigid, n_free_modes_of_tolerance);
+  const Index count = std::min(reduced.n(), n_rigid + asked + beside);
+  if (asked <= 0) return {0, 0, Vector(0), Matrix(s.c(), 0)};
+  const Eigenpairs pairs = dense_eigenpairs(reduced_stiffness(reduced), reduced_mass(reduced), count);
   if (!pairs.converged) throw RunError("the reduced mass is not positive definite");
-  return {pairs.lambda.tail(count).cwiseMax(0.0), pairs.Phi.bottomRightCorner(s.c(), count)};
+  return {n_rigid, asked, pairs.lambda.cwiseMax(0.0), pairs.Phi.bottomRows(s.c())};
+}
+
+using Taken = std::vector<char>;  // 1 or 0 per candidate
+
+std::vector<Index> rows(const Taken& taken, char value) {
+  std::vector<Index> list;
+  for (std::size_t j = 0; j < taken.size(); ++j)
+    if (taken[j] == value) list.push_back(static_cast<Index>(j));
+  return list;
 }
 
 class Picker {
@@ -56,80 +72,86 @@ class Picker {
 
   void set_free_modes(FreeModes&& free) {
     free_ = std::move(free);
-    Y_free_ = inertia_forces(p_, factor_, free_.U);
-    Matrix X = Y_free_;
-    factor_.solve_in_place(X);
-    E_free_ = Y_free_.cwiseProduct(X).colwise().sum().transpose();
+    answer_ = interior_answer(p_, factor_, free_.U);
   }
 
   // From now on these are the candidates.
   void set_candidates(const FixedInterfaceModes& modes) {
     lambda_ = modes.lambda;
-    const Index k = lambda_.size(), f = free_.lambda.size();
-    rigid_.setZero(k, motions_.size()), free_part_.setZero(k, f), tail_.setZero(f);
-    if (k == 0) return;
     rigid_ = lambda_.cwiseSqrt().cwiseInverse().asDiagonal() * Matrix(modes.Phi.transpose() * motions_.Y);
-    const Matrix A = modes.Phi.transpose() * Y_free_;
-    for (Index i = 0; i < f; ++i) {
-      // What a missing mode makes of the eigenvalue's error: lambda a^2 / (Lambda - lambda); of those beyond lambda a^2 / Lambda is
-      // known in sum, and no more than 1 - lambda / Lambda_last too little
-      const double lambda = free_.lambda(i);
-      for (Index j = 0; j < k; ++j) free_part_(j, i) = is_near(j, i) ? 0 : lambda * A(j, i) * A(j, i) / (lambda_(j) - lambda);
-      const double beyond = std::max(0.0, E_free_(i) - A.col(i).cwiseAbs2().dot(lambda_.cwiseInverse()));
-      tail_(i) = lambda * beyond / std::max(1 - lambda / lambda_(k - 1), 1 - 1 / near);
-    }
+    A_ = modes.Phi.transpose() * answer_.Y;
+    beyond_.D = answer_.E, beyond_.D_2 = answer_.E_2;
+    take_out(lambda_, A_, beyond_.D, beyond_.D_2);
+    beyond_.beyond = lambda_.size() < p_.n_interior() ? lambda_.maxCoeff() : 0;
+    beyond_.A.resize(0, A_.cols());
   }
 
-  // The largest error over the tolerance when the rows marked in `taken` are kept; `part`: what each candidate has in it.
-  double worst(const std::vector<char>& taken, Vector* part = nullptr) const {
-    std::vector<Index> rows;
-    for (Index j = 0; j < lambda_.size(); ++j)
-      if (taken[j] != 0) rows.push_back(j);
-    const StrainLeftOut left = strain_left_out(motions_, rigid_(rows, Eigen::all));
-    double most = left.largest / tolerance_;
-    Index which = -1;
-    for (Index i = 0; i < free_.lambda.size(); ++i) {
-      double error = tail_(i) + free_part_.col(i).sum();
-      for (const Index j : rows) error -= free_part_(j, i);
-      error /= margin * tolerance_;
-      if (error > most) most = error, which = i;
-    }
-    if (part != nullptr && which >= 0) *part = free_part_.col(which);
-    if (part != nullptr && which < 0) *part = (rigid_.leftCols(InterfaceMotions::n_rigid) * left.worst).cwiseAbs2();
-    return most;
-  }
-
+  // Whether errors would be no more than aimed at, were all candidates taken.
   bool suffices() const {
-    const bool reaches =
-        free_.lambda.size() == 0 || (lambda_.size() > 0 && lambda_(lambda_.size() - 1) > near * free_.lambda.maxCoeff());
-    return reaches && worst(std::vector<char>(lambda_.size(), 1)) <= 1;
+    if (beyond_.beyond == 0) return true;
+    if (strain_left_out(motions_, rigid_).largest > tolerance_) return false;
+    return beyond_.beyond > near * free_.last_asked() && errors(beyond_).maxCoeff() <= aim * tolerance_;
   }
 
-  // Rows, ascending; those that are given among them.
-  std::vector<Index> pick(const std::vector<Index>& given) const {
-    std::vector<char> taken(lambda_.size(), 0);
-    for (const Index j : given) taken[j] = 1;
+  // Those given and as many more as the errors ask for. The free modes should be those of what is given: then the errors are right.
+  Taken pick(Taken given) const {
+    given.resize(lambda_.size(), 0);
+    Taken taken = given;
     for (Index j = 0; j < lambda_.size(); ++j)
-      for (Index i = 0; i < free_.lambda.size(); ++i)
-        if (is_near(j, i)) take(j, taken);
-    Vector part;
-    while (worst(taken, &part) > 1) {
-      Index best = -1;
-      for (Index j = 0; j < part.size(); ++j)
-        if (taken[j] == 0 && (best < 0 || part(j) > part(best))) best = j;
-      if (best < 0) break;
-      take(best, taken);
-    }
-    std::vector<Index> rows;
-    for (Index j = 0; j < lambda_.size(); ++j)
-      if (taken[j] != 0) rows.push_back(j);
-    return rows;
+      if (lambda_(j) <= near * free_.last_asked()) take(j, taken);
+    pick_for_strain(taken);
+    if (free_.n_asked > 0) pick_for_free_modes(taken, taken == given ? accepted : aim);
+    return taken;
   }
 
  private:
-  bool is_near(Index mode, Index free) const { return lambda_(mode) <= near * free_.lambda(free); }
+  // Of the free modes that are asked for   (n_asked)
+  Vector errors(const MissingModes& missing, Matrix* z = nullptr, Vector* sigma = nullptr) const {
+    if (free_.n_asked == 0) return Vector::Zero(1);
+    const Vector full = full_eigenvalues(free_.lambda, missing, free_.n_rigid, free_.n_asked, z);
+    if (sigma != nullptr) *sigma = full;
+    const auto own = free_.lambda.segment(free_.n_rigid, free_.n_asked);
+    return (own.array() > 0).select(1 - full.array() / own.array(), 0.0);
+  }
 
-  void take(Index row, std::vector<char>& taken) const {
+  // One by one the candidate that has most of the worst rigid acceleration's
+  void pick_for_strain(Taken& taken) const {
+    for (;;) {
+      const StrainLeftOut left = strain_left_out(motions_, rigid_(rows(taken, 1), Eigen::all));
+      if (left.largest <= tolerance_) return;
+      const Vector part = (rigid_.leftCols(InterfaceMotions::n_rigid) * left.worst).cwiseAbs2();
+      const std::vector<Index> others = rows(taken, 0);
+      if (others.empty()) return;
+      take(*std::max_element(others.begin(), others.end(), [&](Index i, Index j) { return part(i) < part(j); }), taken);
+    }
+  }
+
+  // Those that have most of the worst free mode's error, as many as bring it down to `enough` of the tolerance, or halve it
+  void pick_for_free_modes(Taken& taken, double enough) const {
+    for (;;) {
+      MissingModes missing = beyond_;
+      std::vector<Index> others = rows(taken, 0);
+      missing.lambda = lambda_(others), missing.A = A_(others, Eigen::all);
+      Matrix z;
+      Vector sigma;
+      Index worst = 0;
+      const double most = errors(missing, &z, &sigma).maxCoeff(&worst);
+      if (most <= enough * tolerance_ || others.empty()) return;
+      enough = aim;
+      // z^T S z = sigma^2 sum (A_j z)^2 / (lambda_j - sigma) + ...; as modes mix, it is not quite lambda_i - sigma
+      const Vector drive = A_ * z.col(worst);
+      const double s = sigma(worst);
+      const Vector part = s * s * drive.array().square() / (lambda_.array() - s);
+      std::sort(others.begin(), others.end(), [&](Index i, Index j) { return part(i) > part(j); });
+      double excess = std::min(1 - aim * tolerance_ / most, 0.5) * Vector(part(others)).sum();
+      for (const Index j : others) {
+        if (excess <= 0) break;
+        if (taken[j] == 0) take(j, taken), excess -= part(j);
+      }
+    }
+  }
+
+  void take(Index row, Taken& taken) const {
     const auto alike = [&](Index i, Index j) { return std::abs(lambda_(i) - lambda_(j)) <= one_frequency * lambda_(i); };
     taken[row] = 1;
     for (Index j = row + 1; j < lambda_.size() && alike(j - 1, j); ++j) taken[j] = 1;
@@ -141,13 +163,17 @@ class Picker {
   const double tolerance_;
   const Partition& p_;
   FreeModes free_;
-  Matrix Y_free_;     // n_I x f
-  Vector E_free_;     // f, Y^T K_II^-1 Y
-  Vector lambda_;     // k, of the candidates
-  Matrix rigid_;      // k x m, Phi^T Y / sqrt(lambda)
-  Matrix free_part_;  // k x f
-  Vector tail_;       // f
+  InteriorAnswer answer_;  // to the free modes
+  Vector lambda_;          // k, of the candidates
+  Matrix rigid_;           // k x m, Phi^T Y / sqrt(lambda)
+  Matrix A_;               // k x f, Phi^T Y of the free modes
+  MissingModes beyond_;    // what all candidates lack
 };
+
+FixedInterfaceModes some_of(const FixedInterfaceModes& all, const Taken& taken, char value) {
+  const std::vector<Index> which = rows(taken, value);
+  return {all.lambda(which), all.Phi(Eigen::all, which), all.method, all.proven, 0, all.counts};
+}
 
 }  // namespace
 
@@ -156,15 +182,14 @@ ModesOfTolerance modes_of_tolerance(const Partition& p, const SparseCholesky& fa
   ModesOfTolerance result;
   result.modes.Phi.resize(p.n_interior(), 0);
   result.modes.method = "none", result.modes.proven = true;
+  result.not_kept.M_kc.resize(0, p.n_interface());
   if (p.n_interior() == 0) return result;
-  FixedInterfaceModes candidates = more_modes(p, factor, std::move(result.modes), first_candidates, report);
+  FixedInterfaceModes candidates = more_modes(p, factor, result.modes, first_candidates, report);
   Picker picker(p, factor, motions, tolerance);
   picker.set_free_modes(free_modes(p, s, part, candidates));
   picker.set_candidates(candidates);
-  std::vector<Index> rows;
-  // The free modes of what was picked are a little other ones, and may be in another order: until nothing comes of that any more
-  for (int round = 0; round < most_rounds; ++round) {
-    while (candidates.lambda.size() < p.n_interior() && !picker.suffices()) {
+  const auto enough_candidates = [&] {
+    while (!picker.suffices()) {
       if (candidates.lambda.size() >= most_candidates)
         throw InputError("tolerance: " + number_text(tolerance) + " needs more than the lowest " +
                          std::to_string(candidates.lambda.size()) +
@@ -173,21 +198,22 @@ ModesOfTolerance modes_of_tolerance(const Partition& p, const SparseCholesky& fa
       candidates = more_modes(p, factor, std::move(candidates), twice, report);
       picker.set_candidates(candidates);
     }
-    const std::size_t before = rows.size();
-    rows = picker.pick(rows);
-    if (round > 0 && rows.size() == before) break;
-    result.modes = {candidates.lambda(rows), candidates.Phi(Eigen::all, rows), candidates.method, candidates.proven, 0,
-                    candidates.counts};
+  };
+  Taken taken;
+  for (bool first = true;; first = false) {
+    enough_candidates();
+    taken.resize(candidates.lambda.size(), 0);
+    Taken more = picker.pick(taken);
+    if (!first && more == taken) break;
+    taken = std::move(more);
+    result.modes = some_of(candidates, taken, 1);
     picker.set_free_modes(free_modes(p, s, part, result.modes));
     picker.set_candidates(candidates);
   }
   result.n_candidates = candidates.lambda.size();
-  result.complete = candidates.lambda(result.n_candidates - 1);
-  for (Index j = 0; j < result.n_candidates; ++j) {
-    if (std::binary_search(rows.begin(), rows.end(), j)) continue;
-    result.complete = candidates.lambda(j);
-    break;
-  }
+  const FixedInterfaceModes others = some_of(candidates, taken, 0);
+  result.not_kept = {others.lambda, coupling_of_modes(p, others),
+                     result.n_candidates < p.n_interior() ? candidates.lambda(result.n_candidates - 1) : 0};
   return result;
 }
 

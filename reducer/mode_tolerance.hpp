@@ -18,14 +18,15 @@ constexpr Index n_free_modes_of_tolerance = 10;
 struct ModesOfTolerance {
   FixedInterfaceModes modes;  // picked, ascending
   Index n_candidates = 0;     // computed for that
-  double complete = 0;        // lambda of the lowest candidate that is not kept, or of the last where all are
+  ModesNotKept not_kept;
 };
 
 // Modes such that both the share of strain energy that they leave out under any rigid acceleration of the interface, and the
-// relative errors of the eigenvalues of the free component's ten lowest elastic modes (estimated), are no more than the tolerance.
-// Candidates are computed, lowest first, until all of them suffice; nothing is solved for twice. Of them the one that takes most
-// part in the largest error is taken, again and again; modes of one frequency are taken together, as their shapes are arbitrary,
-// and so are all within sqrt(2) of the free modes' frequencies. s: K_cc, M_cc; part: per node of s. Above 6000 interface dofs rigid
+// relative errors of the eigenvalues of the free component's ten lowest elastic modes, are no more than the tolerance. The errors
+// are those of full_eigenvalues(), of the reduced component as it is with what was picked.
+// Candidates are computed, lowest first, until all of them suffice; nothing is solved for twice. Of them those that take most part
+// in the largest error are taken, again and again; modes of one frequency are taken together, as their shapes are arbitrary, and so
+// are all within sqrt(2) of the free modes' frequencies. s: K_cc, M_cc; part: per node of s. Above 6000 interface dofs rigid
 // motions alone count. InputError: more than 5000 would be needed and the interior has more.
 ModesOfTolerance modes_of_tolerance(const Partition& p, const SparseCholesky& factor, const InterfaceMotions& motions,
                                     const Superelement& s, const std::vector<Index>& part, double tolerance, Report& report);

@@ -20,8 +20,6 @@
 namespace cbr {
 namespace {
 
-// Candidates for pick: participation (docs/decisions/reduction.md).
-constexpr Index least_candidates = 200, candidates_per_mode = 4;
 constexpr double singular_pivot = 1e-14;
 
 // What every step of one reduction works on.
@@ -35,7 +33,7 @@ struct Reduction {
   std::vector<Index> part;  // per model node
   Points x;                 // of the model's nodes
   ReductionFigures figures;
-  double complete = 0;  // (rad/s)^2 below which no fixed-interface mode is missing
+  ModesNotKept not_kept;
 };
 
 Index mesh_node(const Reduction& r, Index model_node) { return r.model.nodes[static_cast<std::size_t>(model_node)]; }
@@ -111,12 +109,14 @@ FixedInterfaceModes modes_to_compute(Reduction& r, const SparseCholesky& factor)
 }
 
 void keep_modes(Reduction& r, FixedInterfaceModes& modes, Condensation& condensed) {
-  if (modes.lambda.size() > 0) r.complete = std::max(modes.next, modes.lambda(modes.lambda.size() - 1));
+  r.not_kept.M_kc.resize(0, r.p.n_interface());
+  if (modes.lambda.size() > 0) r.not_kept.beyond = std::max(modes.next, modes.lambda(modes.lambda.size() - 1));
   if (r.options.pick != "participation" || modes.lambda.size() <= *r.options.modes) return;
   const std::vector<Index> kept = modes_by_participation(condensed.M_kc, *r.options.modes);
-  std::size_t first_missing = 0;
-  while (first_missing < kept.size() && kept[first_missing] == static_cast<Index>(first_missing)) ++first_missing;
-  r.complete = modes.lambda(static_cast<Index>(first_missing));
+  std::vector<Index> others;
+  for (Index j = 0; j < modes.lambda.size(); ++j)
+    if (!std::binary_search(kept.begin(), kept.end(), j)) others.push_back(j);
+  r.not_kept.lambda = modes.lambda(others), r.not_kept.M_kc = condensed.M_kc(others, Eigen::all);
   modes.lambda = Vector(modes.lambda(kept));
   modes.Phi = Matrix(modes.Phi(Eigen::all, kept));
   condensed.M_kc = Matrix(condensed.M_kc(kept, Eigen::all));
@@ -127,7 +127,7 @@ void pick_by_tolerance(Reduction& r, const SparseCholesky& factor, const Interfa
   const auto phase = r.report.phase("fixed-interface modes");
   ModesOfTolerance found = modes_of_tolerance(r.p, factor, motions, s, parts_of_interface(r), *r.options.tolerance, r.report);
   r.figures.n_candidates = found.n_candidates;
-  r.complete = found.complete;
+  r.not_kept = std::move(found.not_kept);
   modes = std::move(found.modes);
   check_found(r, modes);
   condensed.M_kc = mode_coupling(r.p, factor, modes.Phi);
@@ -286,8 +286,7 @@ void take_matrices(Reduction& r, FixedInterfaceModes& modes, Condensation& conde
 
 void add_accuracy(Reduction& r, const SparseCholesky& factor, const InterfaceMotions& motions, Superelement& s) {
   const auto phase = r.report.phase("errors");
-  s.accuracy = accuracy_of(r.p, factor, motions, s, r.figures.condition.n_rigid);
-  s.accuracy->complete_hz = std::sqrt(r.complete) / (2 * std::numbers::pi);
+  s.accuracy = accuracy_of(r.p, factor, motions, s, r.figures.condition.n_rigid, r.not_kept);
   s.accuracy->tolerance = r.options.tolerance.value_or(0);
 }
 
@@ -336,7 +335,7 @@ void check_rigid_motions(Reduction& r, const Vector3& center) {
 Superelement reduce_to(const std::vector<Index>* interface, const Mesh& mesh, const std::vector<BlockProperties>& properties,
                        MassKind mass, const ReductionOptions& options, const ReduceSettings& settings, Report& report,
                        ReductionFigures* figures) {
-  Reduction r{mesh, options, settings, report, {}, {}, {}, {}, {}};
+  Reduction r{mesh, options, settings, report, {}, {}, {}, {}, {}, {}};
   Superelement s;
   {
     const auto phase = report.phase("assembly");
@@ -370,21 +369,6 @@ Superelement reduce_to(const std::vector<Index>* interface, const Mesh& mesh, co
 }
 
 }  // namespace
-
-Index n_mode_candidates(const std::string& pick, Index wanted, Index n_interior) {
-  if (pick != "participation" || wanted == 0 || wanted >= n_interior) return wanted;
-  return std::min(n_interior, std::max(candidates_per_mode * wanted, least_candidates));
-}
-
-std::vector<Index> modes_by_participation(const Matrix& M_kc, Index count) {
-  const Vector participation = M_kc.rowwise().squaredNorm();
-  std::vector<Index> order(static_cast<std::size_t>(M_kc.rows()));
-  std::iota(order.begin(), order.end(), Index{0});
-  std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return participation(a) > participation(b); });
-  order.resize(static_cast<std::size_t>(std::min<Index>(count, M_kc.rows())));
-  std::sort(order.begin(), order.end());
-  return order;
-}
 
 Superelement reduce(const Mesh& mesh, const std::vector<BlockProperties>& properties, MassKind mass,
                     const ReductionOptions& options, const ReduceSettings& settings, Report& report, ReductionFigures* figures) {

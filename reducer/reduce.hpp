@@ -12,6 +12,7 @@
 #include "reducer/characteristic.hpp"
 #include "reducer/condensation.hpp"
 #include "reducer/condition.hpp"
+#include "reducer/fixed_interface_modes.hpp"
 #include "reducer/massless.hpp"
 
 namespace cbr {
@@ -45,16 +46,10 @@ Superelement reduce(const Mesh& mesh, const std::vector<BlockProperties>& proper
                     const ReductionOptions& options, const ReduceSettings& settings, Report& report,
                     ReductionFigures* figures = nullptr);
 
-// Modes that are computed so that `wanted` can be kept; more than wanted with pick: participation.
-Index n_mode_candidates(const std::string& pick, Index wanted, Index n_interior);
-
 // The same, keeping these nodes of the mesh (ascending indices of nodes that volume elements use) whatever options.interface_sets
 // says.
 Superelement reduce(const Mesh& mesh, const std::vector<BlockProperties>& properties, MassKind mass,
                     const ReductionOptions& options, const std::vector<Index>& interface, const ReduceSettings& settings,
                     Report& report, ReductionFigures* figures = nullptr);
-
-// Indices (ascending) of the `count` rows of M_kc with the largest |alpha_j|^2: the modes that an interface motion drives most.
-std::vector<Index> modes_by_participation(const Matrix& M_kc, Index count);
 
 }  // namespace cbr

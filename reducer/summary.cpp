@@ -48,15 +48,26 @@ std::string sets_text(const Superelement& s) {
   return text.empty() ? "none" : text;
 }
 
-void say_residual_mass(const Vector3& rho, Report& report) {
-  report.line(format_text("  rho_res      x %.4f  y %.4f  z %.4f: a flat impact in that direction loses this share of its energy",
-                          rho(0), rho(1), rho(2)));
-  if (rho.maxCoeff() > large_residual_mass) {
-    report.warning(
-        format_text("much mass is left on the interface (rho_res up to %.2f): contact in that direction will lose energy; keep "
-                    "more modes, or pick them by participation",
-                    rho.maxCoeff()));
-  }
+// Of the faces that are nearly flat, where that is known, or else all of the interface stopped at once.
+void warn_of_residual_mass(const Vector3& rho, const Superelement& s, Report& report) {
+  double most = 0;
+  std::string face;
+  if (s.accuracy)
+    for (const auto& [name, surface] : s.accuracy->surfaces)
+      if (surface.impact > most) most = surface.impact, face = name;
+  if ((face.empty() ? rho.maxCoeff() : most) <= large_residual_mass) return;
+  const std::string what =
+      face.empty() ? "contact will lose energy" : "a flat impact of " + face + format_text(" will lose %.2f of its energy", most);
+  report.warning(format_text("much mass is left on the interface (rho_res up to %.2f): ", rho.maxCoeff()) + what +
+                 "; keep more modes, or pick them by participation");
+}
+
+void say_residual_mass(const Vector3& rho, const Superelement& s, Report& report) {
+  report.line(
+      format_text("  rho_res      x %.4f  y %.4f  z %.4f: of a motion along them stopping the whole interface at once loses "
+                  "this share of the energy",
+                  rho(0), rho(1), rho(2)));
+  warn_of_residual_mass(rho, s, report);
 }
 
 void say_massless(const Superelement& s, const MasslessFigures& m, Report& report) {
@@ -142,7 +153,7 @@ void summarise(const Superelement& s, const ReductionFigures& figures, const std
   if (s.is_massless()) {
     say_massless(s, figures.massless, report);
   } else {
-    say_residual_mass(s.is_characteristic() ? figures.characteristic.rho : residual_mass_share(s), report);
+    say_residual_mass(s.is_characteristic() ? figures.characteristic.rho : residual_mass_share(s), s, report);
     say_accuracy(s, report);
   }
   say_rigid_body(s.rigid_body, report);

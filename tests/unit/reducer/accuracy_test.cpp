@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -60,19 +61,64 @@ TEST_P(Accuracy, EstimatedErrorsOfEigenvaluesAreTheTrueOnes) {
     const Superelement s = reduced(mesh, options, GetParam());
     ASSERT_TRUE(s.accuracy);
     ASSERT_GE(s.accuracy->frequency_hz.size(), 10);
-    const double next = std::pow(2 * std::numbers::pi * s.accuracy->complete_hz, 2);
     int compared = 0;
     for (Index j = 0; j < s.accuracy->frequency_hz.size(); ++j) {
       const double lambda = s.omega(6 + j) * s.omega(6 + j), truth = 1 - f.eigenvalues(6 + j) / lambda;
       EXPECT_NEAR(s.accuracy->frequency_hz(j), s.omega(6 + j) / (2 * std::numbers::pi), 1e-9 * s.accuracy->frequency_hz(j));
-      if (lambda > 0.2 * next) break;
-      // The estimate neglects lambda beside the missing modes' eigenvalues
-      EXPECT_GT(s.accuracy->eigenvalue_error(j), 0.7 * truth) << j;
-      EXPECT_LT(s.accuracy->eigenvalue_error(j), 1.02 * truth) << j;
+      if (s.accuracy->eigenvalue_error(j) > 0.05) break;
+      // From above, but for the modes beyond those that are looked at
+      EXPECT_GT(s.accuracy->eigenvalue_error(j), 0.97 * truth) << j;
+      EXPECT_LT(s.accuracy->eigenvalue_error(j), 1.1 * truth) << j;
       ++compared;
     }
-    EXPECT_GE(compared, 3);
+    EXPECT_GE(compared, 10);
   }
+}
+
+// Few modes or none, some of them picked, and as many frequencies as are said to be right to 1 %.
+TEST_P(Accuracy, WhatIsCoveredIsRight) {
+  const Mesh mesh = block();
+  for (const auto& sets : {std::vector<std::string>{"x_max"}, {"x_min", "z_max"}}) {
+    const Full f = full(mesh, sets, GetParam());
+    double before = 0;
+    for (const Index modes : {0, 5, 12, 30, 60}) {
+      for (const char* pick : {"frequency", "participation"}) {
+        ReductionOptions options = of(sets);
+        options.modes = modes, options.pick = pick;
+        const Superelement s = reduced(mesh, options, GetParam());
+        const Superelement::Accuracy& a = *s.accuracy;
+        EXPECT_GT(a.complete_hz, 0);
+        for (Index j = 0; j < a.frequency_hz.size(); ++j) {
+          const double truth = 1 - f.eigenvalues(6 + j) / (s.omega(6 + j) * s.omega(6 + j));
+          EXPECT_GE(a.eigenvalue_error(j), 0.95 * truth - 1e-12) << modes << " " << j;
+          EXPECT_LT(a.eigenvalue_error(j), 1);
+          if (a.frequency_hz(j) <= a.covered_hz) {
+            EXPECT_LE(1 - std::sqrt(1 - truth), 0.0101) << modes << " " << j;
+          }
+        }
+        if (pick != std::string("frequency")) continue;
+        EXPECT_GE(a.covered_hz, before);
+        before = a.covered_hz;
+      }
+    }
+    EXPECT_GT(before, 0);
+  }
+}
+
+// The motion under pressure has no rigid part that depends on where the interface's nodes are.
+TEST_P(Accuracy, PressureLeavesTheSameOutOnAGradedMesh) {
+  const auto left = [&](double grading) {
+    Mesh mesh = box_mesh({{5, 6, 6}, {2, 2, 2}, {0, 0, 0}, 0});
+    for (Index i = 0; i < mesh.coordinates.rows(); ++i) {
+      double& y = mesh.coordinates(i, 1);
+      y += grading * y * (2 - y) / 2;  // elements at one end are (1 + grading) / (1 - grading) times those at the other
+    }
+    ReductionOptions options = of({"x_max"});
+    options.modes = 12;
+    return reduced(mesh, options, GetParam()).accuracy->surfaces.at("x_max").strain_left_out;
+  };
+  const double even = left(0);
+  EXPECT_NEAR(left(0.5), even, 0.1 * even);
 }
 
 TEST_P(Accuracy, StrainLeftOutIsThatOfAnAcceleratedInterface) {
@@ -145,6 +191,28 @@ TEST_P(Accuracy, AToleranceBoundsWhatItSays) {
       for (Index j = 6; j < 16; ++j) EXPECT_LE(1 - f.eigenvalues(j) / (s.omega(j) * s.omega(j)), tolerance) << j;
       before = s.k();
     }
+  }
+}
+
+// Blocks whose eleventh free mode is poor and near the tenth, which it mixes with: where each mode's error is estimated by itself
+// the tenth was up to 2.85 times the tolerance off.
+TEST(ModeTolerance, BoundsAModeThatMixesWithAPoorOne) {
+  struct Case {
+    std::array<Index, 3> n;
+    MassKind mass;
+    double tolerance;
+  };
+  for (const Case& c : {Case{{8, 4, 4}, MassKind::lumped, 3e-3}, Case{{8, 4, 5}, MassKind::consistent, 3e-3}}) {
+    const Mesh mesh = box_mesh({c.n, {4, 2, 3}, {0, 0, 0}, 0});
+    ReductionOptions options = of({"x_max"});
+    options.tolerance = c.tolerance;
+    const Superelement s = reduced(mesh, options, c.mass);
+    const Full f = full(mesh, {"x_max"}, c.mass);
+    const Vector lambda = s.omega.segment(6, 10).cwiseAbs2();
+    const Vector truth = 1 - f.eigenvalues.segment(6, 10).array() / lambda.array();
+    EXPECT_LE(truth.maxCoeff(), c.tolerance);
+    EXPECT_GT(truth.maxCoeff(), 0.5 * c.tolerance);  // no more modes than it takes
+    EXPECT_LE(s.accuracy->eigenvalue_error.head(10).maxCoeff(), c.tolerance);
   }
 }
 

@@ -52,9 +52,11 @@ class Program : public testing::Test {
     return "no InputError";
   }
 
-  std::vector<std::string> mesh_arguments(const std::vector<std::string>& more = {}) const {
-    std::vector<std::string> all = {path("box.msh"),    "--interface", "x_max",     "--modes", "4",  "--youngs-modulus", "1000",
-                                    "--poissons-ratio", "0.3",         "--density", "2",       "-o", path("box.cbr.h5")};
+  std::vector<std::string> mesh_arguments(const std::vector<std::string>& more = {},
+                                          const std::vector<std::string>& modes = {"--modes", "4"}) const {
+    std::vector<std::string> all = {path("box.msh"), "--interface", "x_max", "--youngs-modulus", "1000", "--poissons-ratio", "0.3",
+                                    "--density",     "2",           "-o",    path("box.cbr.h5")};
+    all.insert(all.end(), modes.begin(), modes.end());
     all.insert(all.end(), more.begin(), more.end());
     return all;
   }
@@ -135,6 +137,12 @@ TEST_F(Program, AToleranceIsReducedOnce) {
             std::string::npos);
   EXPECT_NE(message_of({scene("{interface: [x_max], tolerance: 0.3, basis: massless}")}).find("cannot be had with basis: massless"),
             std::string::npos);
+  EXPECT_NE(message_of({scene("{interface: [x_max], tolerance: 0.3, basis: characteristic, characteristic: {modes: 4}}")})
+                .find("cannot be had with basis: characteristic: take modes or cutoff_hz"),
+            std::string::npos);
+  EXPECT_NE(message_of(mesh_arguments({"--basis", "characteristic", "--characteristic-modes", "4"}, {"--tolerance", "0.3"}))
+                .find("cannot be had with basis: characteristic"),
+            std::string::npos);
 }
 
 TEST_F(Program, LoadsInsideAreTakenInByThemselves) {
@@ -161,6 +169,28 @@ TEST_F(Program, LoadsInsideAreTakenInByThemselves) {
   run({scene("{interface: [x_max], modes: 4, loads: [z_min]}")});
   EXPECT_EQ(read_superelement(path("twin.cbr.h5")).loads.count("z_min"), 1U);
   EXPECT_NE(message_of({scene(reduction, load("x_mni"))}).find("no sideset 'x_mni'"), std::string::npos);
+}
+
+TEST_F(Program, LoadsInsideAreRefusedByWhatKnowsThoseOnTheInterfaceOnly) {
+  const auto load = [](const std::string& set) { return "loads: [{instance: a, surface: " + set + ", force: [1, 0, 0]}]\n"; };
+  const auto find = [&](const std::string& reduction, const std::string& set, const char* words) {
+    return message_of({scene(reduction, load(set))}).find(words) != std::string::npos;
+  };
+  const std::string massless = "{interface: [x_max], modes: 8, basis: massless}",
+                    domains = "{interface: [x_max], modes: 4, domains: 2}";
+  EXPECT_TRUE(
+      find(massless, "x_min", "'x_min' lies inside the part, and basis: massless knows loads on the interface only: add it to "));
+  EXPECT_TRUE(find("{interface: [x_max], modes: 4, basis: characteristic, characteristic: {modes: 4}}", "x_min", "lies inside"));
+  EXPECT_TRUE(
+      find(domains, "x_min", "domains above 1 know loads on the interface only: add it to reduction.interface, or use basis: "));
+  EXPECT_TRUE(find(massless, "x_mni", "no sideset 'x_mni'"));
+  for (const std::string& reduction : {massless, domains}) {
+    run({scene(reduction, load("x_max"))});
+    const auto written = fs::last_write_time(path("box.cbr.h5"));
+    run({scene(reduction, load("x_max"))});
+    EXPECT_EQ(fs::last_write_time(path("box.cbr.h5")), written);
+    EXPECT_TRUE(find(reduction, "y_min", "lies inside")) << "though the file is up to date";
+  }
 }
 
 TEST_F(Program, TheMemoryOptionChangesTheWayAndNotTheResult) {

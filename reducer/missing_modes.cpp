@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "reducer/missing_modes.hpp"
+
+#include <Eigen/Eigenvalues>
+
+#include <algorithm>
+#include <cmath>
+
+namespace cbr {
+namespace {
+
+constexpr double far = 30;          // times an eigenvalue: modes above are too far off to mix with it, and would cost it digits
+constexpr double short_of = 1e-9;   // of lowest(), where S has its pole
+constexpr double precision = 1e-3;  // of the error of an eigenvalue
+constexpr int most_steps = 60;
+
+// The number-th lowest eigenvalue of diag(lambda) - S(sigma), of the m lowest modes
+class Reduced {
+ public:
+  Reduced(const Vector& lambda, const MissingModes& missing, Index number)
+      : lambda_(lambda), missing_(missing), number_(number), m_(number + 1) {
+    while (m_ < lambda.size() && lambda(m_) <= far * lambda(number)) ++m_;
+  }
+
+  double eigenvalue(double sigma) const {
+    const Eigen::SelfAdjointEigenSolver<Matrix> pairs(at(sigma), Eigen::EigenvaluesOnly);
+    return pairs.eigenvalues()(number_);
+  }
+
+  Vector eigenvector(double sigma) const {
+    const Eigen::SelfAdjointEigenSolver<Matrix> pairs(at(sigma));
+    Vector z = Vector::Zero(lambda_.size());
+    z.head(m_) = pairs.eigenvectors().col(number_);
+    return z;
+  }
+
+ private:
+  Matrix at(double sigma) const {
+    Matrix K = -missing_.taken(sigma, m_);
+    K.diagonal() += lambda_.head(m_);
+    return K;
+  }
+
+  const Vector& lambda_;
+  const MissingModes& missing_;
+  const Index number_;
+  Index m_;
+};
+
+// f(sigma) = eigenvalue(sigma) - sigma falls as sigma grows, from lambda >= 0 at 0: its zero, or `top` where it has none below.
+double zero_of(const Reduced& reduced, double lambda, double top) {
+  double high = std::min(lambda, top), f_high = reduced.eigenvalue(high) - high;
+  if (!(f_high < 0)) return high;
+  double low = std::max(0.0, high + f_high), f_low = reduced.eigenvalue(low) - low;
+  // Regula falsi; an end that stays has its value halved (Illinois)
+  int side = 0;
+  for (int step = 0; step < most_steps && high - low > precision * (lambda - high); ++step) {
+    const double sigma = std::clamp((low * f_high - high * f_low) / (f_high - f_low), low, high);
+    const double f = reduced.eigenvalue(sigma) - sigma;
+    if (std::abs(f) <= precision * (lambda - sigma)) return sigma;
+    if (f > 0) {
+      low = sigma, f_low = f;
+      if (side > 0) f_high /= 2;
+      side = 1;
+    } else {
+      high = sigma, f_high = f;
+      if (side < 0) f_low /= 2;
+      side = -1;
+    }
+  }
+  return low;
+}
+
+}  // namespace
+
+Matrix inertia_forces(const Partition& p, const SparseCholesky& factor, const Matrix& U) {
+  Matrix X = p.K_IC * U;
+  factor.solve_in_place(X);
+  return p.M_IC * U - p.M_II * X;
+}
+
+InteriorAnswer interior_answer(const Partition& p, const SparseCholesky& factor, const Matrix& U) {
+  const Index m = U.cols();
+  if (p.n_interior() == 0) return {Matrix(0, m), Matrix::Zero(m, m), Matrix::Zero(m, m)};
+  InteriorAnswer answer;
+  answer.Y = inertia_forces(p, factor, U);
+  Matrix X = answer.Y;
+  factor.solve_in_place(X);
+  answer.E.noalias() = answer.Y.transpose() * X;
+  answer.E_2.noalias() = X.transpose() * Matrix(p.M_II * X);
+  answer.E = (0.5 * (answer.E + answer.E.transpose())).eval();
+  answer.E_2 = (0.5 * (answer.E_2 + answer.E_2.transpose())).eval();
+  return answer;
+}
+
+double MissingModes::lowest() const {
+  const double known = lambda.size() > 0 ? lambda.minCoeff() : HUGE_VAL;
+  return beyond > 0 ? std::min(beyond, known) : known;
+}
+
+Matrix MissingModes::taken(double sigma, Index m) const {
+  Matrix S = Matrix::Zero(m, m);
+  if (beyond > 0) S = D.topLeftCorner(m, m) + sigma / (1 - sigma / beyond) * D_2.topLeftCorner(m, m);
+  if (lambda.size() > 0) {
+    const Matrix B = (lambda.array() - sigma).sqrt().inverse().matrix().asDiagonal() * A.leftCols(m);
+    S.noalias() += B.transpose() * B;
+  }
+  return sigma * sigma * S;
+}
+
+void take_out(const Vector& lambda, const Matrix& A, Matrix& D, Matrix& D_2) {
+  if (lambda.size() == 0) return;
+  const Matrix B = lambda.cwiseInverse().asDiagonal() * A;
+  D.noalias() -= A.transpose() * B;
+  D_2.noalias() -= B.transpose() * B;
+}
+
+Vector full_eigenvalues(const Vector& lambda, const MissingModes& missing, Index first, Index count, Matrix* z) {
+  Vector sigma(count);
+  if (z != nullptr) z->resize(lambda.size(), count);
+  const double top = (1 - short_of) * missing.lowest();
+  for (Index i = 0; i < count; ++i) {
+    const Reduced reduced(lambda, missing, first + i);
+    sigma(i) = zero_of(reduced, lambda(first + i), top);
+    if (z != nullptr) z->col(i) = reduced.eigenvector(sigma(i));
+  }
+  return sigma;
+}
+
+}  // namespace cbr
