@@ -66,9 +66,9 @@ TEST_P(Accuracy, EstimatedErrorsOfEigenvaluesAreTheTrueOnes) {
       const double lambda = s.omega(6 + j) * s.omega(6 + j), truth = 1 - f.eigenvalues(6 + j) / lambda;
       EXPECT_NEAR(s.accuracy->frequency_hz(j), s.omega(6 + j) / (2 * std::numbers::pi), 1e-9 * s.accuracy->frequency_hz(j));
       if (s.accuracy->eigenvalue_error(j) > 0.05) break;
-      // From above, but for the modes beyond those that are looked at
-      EXPECT_GT(s.accuracy->eigenvalue_error(j), 0.97 * truth) << j;
-      EXPECT_LT(s.accuracy->eigenvalue_error(j), 1.1 * truth) << j;
+      // From above, but for modes beyond those that are looked at, which take part in the highest
+      EXPECT_GT(s.accuracy->eigenvalue_error(j), (j < 10 ? 0.99 : 0.9) * truth) << j;
+      EXPECT_LT(s.accuracy->eigenvalue_error(j), 1.4 * truth) << j;
       ++compared;
     }
     EXPECT_GE(compared, 10);
@@ -90,7 +90,7 @@ TEST_P(Accuracy, WhatIsCoveredIsRight) {
         EXPECT_GT(a.complete_hz, 0);
         for (Index j = 0; j < a.frequency_hz.size(); ++j) {
           const double truth = 1 - f.eigenvalues(6 + j) / (s.omega(6 + j) * s.omega(6 + j));
-          EXPECT_GE(a.eigenvalue_error(j), 0.95 * truth - 1e-12) << modes << " " << j;
+          EXPECT_GE(a.eigenvalue_error(j), (j < 10 ? 0.95 : 0.85) * truth - 1e-12) << modes << " " << j;
           EXPECT_LT(a.eigenvalue_error(j), 1);
           if (a.frequency_hz(j) <= a.covered_hz) {
             EXPECT_LE(1 - std::sqrt(1 - truth), 0.0101) << modes << " " << j;

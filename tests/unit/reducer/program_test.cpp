@@ -54,9 +54,11 @@ class Program : public testing::Test {
 
   std::vector<std::string> mesh_arguments(const std::vector<std::string>& more = {},
                                           const std::vector<std::string>& modes = {"--modes", "4"}) const {
-    std::vector<std::string> all = {path("box.msh"), "--interface", "x_max", "--youngs-modulus", "1000", "--poissons-ratio", "0.3",
-                                    "--density",     "2",           "-o",    path("box.cbr.h5")};
+    std::vector<std::string> all = {path("box.msh"), "--interface", "x_max"};
     all.insert(all.end(), modes.begin(), modes.end());
+    const std::vector<std::string> rest = {"--youngs-modulus", "1000", "--poissons-ratio", "0.3", "--density", "2", "-o",
+                                           path("box.cbr.h5")};
+    all.insert(all.end(), rest.begin(), rest.end());
     all.insert(all.end(), more.begin(), more.end());
     return all;
   }
