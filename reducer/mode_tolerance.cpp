@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <string>
 #include <utility>
 
@@ -126,28 +127,31 @@ class Picker {
     }
   }
 
-  // Those that have most of the worst free mode's error, as many as bring it down to `enough` of the tolerance, or halve it
+  // Those that have most of a free mode's error, as many as bring it down to what is aimed at, or halve it. Not the error by number
+  // says which mode: where a poor one passes a good one on its way, the good one's place is as wrong and nothing of it is missing.
   void pick_for_free_modes(Taken& taken, double enough) const {
-    for (;;) {
+    for (;; enough = aim) {
       MissingModes missing = beyond_;
       std::vector<Index> others = rows(taken, 0);
       missing.lambda = lambda_(others), missing.A = A_(others, Eigen::all);
       Matrix z;
       Vector sigma;
-      Index worst = 0;
-      const double most = errors(missing, &z, &sigma).maxCoeff(&worst);
+      const double most = errors(missing, &z, &sigma).maxCoeff();
       if (most <= enough * tolerance_ || others.empty()) return;
-      enough = aim;
-      // z^T S z = sigma^2 sum (A_j z)^2 / (lambda_j - sigma) + ...; as modes mix, it is not quite lambda_i - sigma
-      const Vector drive = A_ * z.col(worst);
-      const double s = sigma(worst);
-      const Vector part = s * s * drive.array().square() / (lambda_.array() - s);
-      std::sort(others.begin(), others.end(), [&](Index i, Index j) { return part(i) > part(j); });
-      double excess = std::min(1 - aim * tolerance_ / most, 0.5) * Vector(part(others)).sum();
-      for (const Index j : others) {
-        if (excess <= 0) break;
-        if (taken[j] == 0) take(j, taken), excess -= part(j);
-      }
+      // z^T S z = sigma^2 sum (A_j z)^2 / (lambda_j - sigma) + ...   (others x n_asked)
+      Matrix part = (missing.A * z).cwiseAbs2();
+      for (Index i = 0; i < part.cols(); ++i) part.col(i).array() *= sigma(i) / (missing.lambda.array() - sigma(i));
+      Index poorest = 0, first = 0;
+      const double whole = part.colwise().sum().maxCoeff(&poorest);
+      std::vector<Index> order(others.size());
+      std::iota(order.begin(), order.end(), Index{0});
+      std::sort(order.begin(), order.end(), [&](Index i, Index j) { return part(i, poorest) > part(j, poorest); });
+      double excess = std::min(1 - aim * tolerance_ / most, 0.5) * whole;
+      do {
+        const Index j = order[static_cast<std::size_t>(first++)];
+        take(others[static_cast<std::size_t>(j)], taken);
+        excess -= part(j, poorest);
+      } while (excess > 0 && first < missing.lambda.size());
     }
   }
 
