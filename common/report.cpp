@@ -21,8 +21,22 @@ using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
+// A value or an attribute of a damaged file may be of any length. What is wrong stands before it, the cure behind.
+std::string in_short(const std::string& text) {
+  constexpr std::size_t longest = 3000, head = 800, tail = 800;
+  if (text.size() <= longest) return text;
+  const auto inside = [&](std::size_t i) {
+    return (static_cast<unsigned char>(text[i]) & 0xc0u) == 0x80u;
+  };  // a character of UTF-8
+  std::size_t from = head, to = text.size() - tail;
+  while (from > 0 && inside(from)) --from;
+  while (to < text.size() && inside(to)) ++to;
+  return text.substr(0, from) + " ... [" + std::to_string(to - from) + " bytes] ... " + text.substr(to);
+}
+
 // Names come from the user's files: no control characters to the terminal, and one message stays one line.
-std::string printable(std::string text) {
+std::string printable(const std::string& whole) {
+  std::string text = in_short(whole);
   for (char& character : text) {
     const auto code = static_cast<unsigned char>(character);
     if (character == '\n' || character == '\t') {

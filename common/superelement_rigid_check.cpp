@@ -2,6 +2,7 @@
 // A superelement's parts against one another: what its coordinates and /rigid_body say of rigid motions, and what its matrices or
 // modes make of them.
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -19,8 +20,9 @@ constexpr double tolerance = 1e-2;
 
 class RigidCheck {
  public:
-  RigidCheck(const Superelement& superelement, const std::string& where)
-      : s_(superelement), where_(where), size_(std::sqrt(s_.rigid_body.inertia.trace() / s_.rigid_body.mass)) {
+  RigidCheck(const Superelement& superelement, const std::string& where) : s_(superelement), where_(where) {
+    if (s_.coordinates.rows() > 0)
+      size_ = (s_.coordinates.rowwise() - s_.rigid_body.center.transpose()).rowwise().norm().maxCoeff();
     R_ = reduced_rigid_modes(s_, s_.rigid_body.center).bottomRows(s_.c());
     // Rotations in units of length
     if (size_ > 0) R_.rightCols(3) /= size_;
@@ -44,6 +46,7 @@ class RigidCheck {
       check_modes("/diagonal/V", s_.V.bottomRows(s_.c()), s_.omega);
     }
     for (const auto& [name, load] : s_.loads) check_load("/loads/" + name + "/force", load);
+    for (const auto& recovery : s_.recovery) check_recovery(recovery);
   }
 
  private:
@@ -56,8 +59,12 @@ class RigidCheck {
     Matrix6 mass = Matrix6::Zero();
     mass.topLeftCorner<3, 3>().diagonal().setConstant(s_.rigid_body.mass);
     mass.bottomRightCorner<3, 3>() = s_.rigid_body.inertia / (size_ * size_);
-    const double difference = (found - mass).cwiseAbs().maxCoeff() / s_.rigid_body.mass;
-    if (found.allFinite() && difference <= tolerance) return;
+    // Against the larger of the two that the farthest node and the radius of gyration make
+    Vector scale = Vector::Constant(6, std::sqrt(s_.rigid_body.mass));
+    scale.tail(3).setConstant(std::sqrt(std::max(s_.rigid_body.mass, s_.rigid_body.inertia.trace() / (size_ * size_))));
+    const Vector inverse = scale.cwiseInverse();
+    const double difference = (inverse.asDiagonal() * (found - mass) * inverse.asDiagonal()).cwiseAbs().maxCoeff();
+    if (found.allFinite() && difference <= tolerance) return;  // not for a NaN
     fail(field, "does not agree with /nodes/coordinates and /rigid_body: their rigid motions have another mass or inertia, by " +
                     (std::isfinite(difference) ? number_text(difference) : "far more than 1") + " of the mass, allowed 0.01");
   }
@@ -83,10 +90,21 @@ class RigidCheck {
     fail(field, "the forces of a unit traction do not add up to the area in /weight, " + number_text(load.weight));
   }
 
+  // Psi R_c = R_I: the inner nodes go along   (3 n_I x 6)
+  void check_recovery(const Superelement::Recovery& recovery) const {
+    Matrix R_I = rigid_modes(recovery.coordinates, s_.rigid_body.center);
+    R_I.rightCols(3) /= size_;
+    const Matrix difference = recovery.Psi * R_ - R_I;
+    if (difference.size() == 0 ||
+        (difference.allFinite() && difference.cwiseAbs().maxCoeff() <= tolerance * R_I.cwiseAbs().maxCoeff()))
+      return;
+    fail("/recovery/Psi", "the rigid motions that it makes of the interface's are not those of /recovery/nodes/coordinates");
+  }
+
   const Superelement& s_;
   const std::string& where_;
-  double size_;  // radius of gyration
-  Matrix R_;     // c x 6
+  double size_ = 0;  // farthest node from the centre
+  Matrix R_;         // c x 6
   bool is_told_ = false;
 };
 

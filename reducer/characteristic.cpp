@@ -179,11 +179,14 @@ void add_patterns(const Surface& surface, const CharacteristicOptions& options, 
                   Matrix& T, CharacteristicFigures& figures) {
   const PressureLoads loads = pressure_loads(s, surface, options.shear);
   const Index m = loads.B.cols();
-  if (options.patterns > m)
+  // The default asks for as many as there are
+  const bool is_default = options.patterns == CharacteristicOptions().patterns;
+  const Index wanted = is_default ? std::min(options.patterns, m) : options.patterns;
+  if (wanted > m)
     fail("patterns: " + std::to_string(options.patterns) + " asked for on '" + surface.name + "', which has only " +
          std::to_string(m) + (options.shear ? " loads: three a node" : " loads: one a node"));
   const Matrix f = statics.in_equilibrium(loads.B), Y = statics.solve(f), all = f.transpose() * Y;
-  const Index step = options.shear ? 3 : 1, n_uniform = std::min(step, options.patterns), others = options.patterns - n_uniform;
+  const Index step = options.shear ? 3 : 1, n_uniform = std::min(step, wanted), others = wanted - n_uniform;
   Matrix uniform = Matrix::Zero(m, step);
   for (Index axis = 0; axis < step; ++axis)
     for (Index i = axis; i < m; i += step) uniform(i, axis) = 1;
@@ -199,7 +202,7 @@ void add_patterns(const Surface& surface, const CharacteristicOptions& options, 
     if (!pairs.converged) throw RunError("the patterns of pressure on '" + surface.name + "' could not be found");
     kept += append(s.M_cc, Y * pairs.Phi.rightCols(others).rowwise().reverse(), T);
   }
-  figures.n_patterns += kept, figures.n_dropped += options.patterns - kept;
+  figures.n_patterns += kept, figures.n_dropped += wanted - kept;
   // Each load against its area: trace of A^-1/2 S A^-1/2
   const auto weighed = [&](const Matrix& S) { return S.diagonal().cwiseQuotient(loads.area).sum(); };
   figures.left = std::max(figures.left, weighed(compliance_left(statics, all, T, f)) / weighed(all));

@@ -149,7 +149,7 @@ fs::path checkpoint_file(const CheckpointOptions& options, const fs::path& resul
   if (same || (fs::exists(file, error) && !is_checkpoint(file)))
     throw InputError(options.source.text() + ": output.checkpoint: " + file.string() +
                      (same ? " is the results file" : " is there and is no checkpoint") +
-                     ": give output.checkpoint.file another name" + (same ? "" : ", or remove it"));
+                     ": give output.checkpoint.file another name" + (same ? "" : ", or remove it if it is a damaged one"));
   return file;
 }
 

@@ -5,6 +5,7 @@
 
 #include "common/connected_parts.hpp"
 #include "common/error.hpp"
+#include "common/superelement_check.hpp"
 #include "dynamics/bodies/characteristic_form.hpp"
 #include "dynamics/setup/half_modes.hpp"
 #include "dynamics/setup/skin_shells.hpp"
@@ -127,6 +128,7 @@ ReducedComponent of_one(const SceneIndex& index, const Component& component, con
   SuperelementParts parts{true, false, superelement->is_characteristic() && !index.scene().output.fields.empty()};
   if (superelement->has_interface_matrices()) parts = parts_to_read(index.scene(), needs_of(index, component, reduced, stored));
   *superelement = read_superelement(file, parts);
+  check_rigid_motions(*superelement, file.string());
   if (options.half_modes) {
     keep_half(*superelement, half_by(*component.reduction));
     reduced.n_modal = superelement->k(), reduced.n_dofs = superelement->n_coordinates();
@@ -148,6 +150,8 @@ ReducedComponent of_group(const SceneIndex& index, const Component& component, c
   reduced.n_dofs = reduced.n_modal + 3 * nodes.coordinates.rows();
   const Needs needs = needs_of(index, component, reduced, !options.half_modes && stores_diagonal_form(file));
   group = read_superelement_group(file, parts_to_read(index.scene(), needs));
+  for (std::size_t d = 0; d < group.domains.size(); ++d)
+    check_rigid_motions(group.domains[d], file.string() + ": /domains/" + std::to_string(d + 1));
   if (options.half_modes) {
     for (Superelement& domain : group.domains) keep_half(domain, half_by(*component.reduction));
     group.omega.resize(0), group.V.resize(0, 0);

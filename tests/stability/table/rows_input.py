@@ -52,7 +52,7 @@ def extreme_magnitudes(folder):
     for name, contact in ways.items():
         for kind in ("superelement", "mesh"):
             one = None
-            for mass in (1.0, 1e-300, 1e-250, 1e-200, 1e200, 1e250, 1e300):
+            for mass in (1.0, 1e-300, 1e-250, 1e-200, 1e200, 1e250, 1e300) if folder.full else (1.0, 1e-250, 1e300):
                 s = scene(folder, {"a": {"as": kind, "velocity": [0.1, 0, 0]}, "b": {"as": kind, "position": [1.001, 0.1, 0]}}, [PAIR[0] | contact], 1.0,
                           box((2, 2, 2)), modes=6, material={"youngs_modulus": 100 * mass, "density": mass},
                           integrator="newmark" if "newmark" in name else "exact")
@@ -62,7 +62,7 @@ def extreme_magnitudes(folder):
                 elif ran.code:
                     answers.append((f"by {mass:g}, {name}, {kind}", *refused(ran, "no longer finite" if ran.code == 1 else "", code=ran.code if ran.code in (1, 2) else 1)))
                 else:
-                    answers.append((f"by {mass:g}, {name}, {kind}", *below(np.abs(ran.done()["instances/b/momentum"] / mass - one).max() / np.abs(one).max(), 1e-10)))
+                    answers.append((f"by {mass:g}, {name}, {kind}", *below(np.abs(ran.done()["instances/b/momentum"] / mass - one).max() / np.abs(one).max(), 1e-13)))
     return answers
 
 

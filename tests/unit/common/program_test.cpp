@@ -44,6 +44,10 @@ TEST(ProgramDeathTest, outcomeIsTheExitCode) {
   EXPECT_EXIT(run({}, [] { throw std::bad_alloc(); }), ExitedWithCode(1), "^cbr-test: error: out of memory");
   EXPECT_EXIT(run({}, [] { throw std::logic_error("bug"); }), ExitedWithCode(1), "^cbr-test: error: unexpected: bug\n$");
   EXPECT_EXIT(run({}, [] { throw 5; }), ExitedWithCode(1), "^cbr-test: error: unexpected");
+  // However long the value is that is wrong
+  EXPECT_EXIT(run({}, [] { throw InputError("a.yaml:3: '" + std::string(70000, 'y') + "' found: give a number"); }),
+              ExitedWithCode(2),
+              "^cbr-test: error: a.yaml:3: 'y{780,800} ... .68[0-9]+ bytes. ... y{700,800}' found: give a number\n$");
   EXPECT_EXIT(run({}, [] { throw InputError("two\nlines\x1b[31m"); }), ExitedWithCode(2), "^cbr-test: error: two lines.\\[31m\n$");
 }
 

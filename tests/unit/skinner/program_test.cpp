@@ -143,6 +143,7 @@ TEST(SkinProgram, badInputIsOneLineAndLeavesNothing) {
   refused("none.msh --sideset a -o b.msh", "none.msh: no such file");
   refused("brick.msh", "--sideset");
   refused("brick.msh --sideset x_max", "-o");
+  refused("brick.msh --sideset x_max -o ./brick.msh", "would be lost");
   refused("brick.msh --sideset top -o s.msh", "x_min, x_max");
   refused("brick.msh --sideset x_max -o s.stl", ".stl");
   refused("brick.msh --sideset x_max -o no/such/folder/s.msh", "folder");
