@@ -89,9 +89,17 @@ Matrix shapes_of_all(const Superelement& s, Index modes, const Matrix& R, Charac
   return T;
 }
 
+// Psi + (R_b - Psi R_a) R_a^+: what K_bb^-1 makes of rigid motions R   (c x r) is right but for round-off.
+void follow_rigid_motions(const Matrix& R_a, const Matrix& R_b, Matrix& Psi) {
+  const Eigen::ColPivHouseholderQR<Matrix> qr(R_a);
+  if (qr.rank() < R_a.cols()) return;
+  const Matrix missing = R_b - Psi * R_a;
+  Psi.noalias() += missing * qr.solve(Matrix(Matrix::Identity(R_a.rows(), R_a.rows())));
+}
+
 // Of what is not kept, as Craig-Bampton's interior of the interface: [I 0; -K_bb^-1 K_ba X], K_bb X = M_bb X mu   (c x (a + modes))
 Matrix shapes_beside_kept(const Superelement& s, Index modes, const std::vector<Index>& a, const std::vector<Index>& b,
-                          CharacteristicFigures& figures) {
+                          const Matrix& R, CharacteristicFigures& figures) {
   const auto n_a = static_cast<Index>(a.size()), n_b = static_cast<Index>(b.size());
   figures.n_kept = n_a, figures.n_modes = modes;
   if (n_b == 0) fail("keep: names all of the interface, so that nothing is left to reduce: use basis: craig-bampton");
@@ -103,6 +111,7 @@ Matrix shapes_beside_kept(const Superelement& s, Index modes, const std::vector<
     fail("keep: the nodes that are kept do not hold the others: keep three or more that are not on one line, of each part");
   Matrix Psi = -s.K_cc(b, a);
   solve_cholesky(K, Psi);
+  follow_rigid_motions(R(a, Eigen::all), R(b, Eigen::all), Psi);
   Matrix T = Matrix::Zero(s.c(), n_a + modes);
   for (Index i = 0; i < n_a; ++i) T(a[static_cast<std::size_t>(i)], i) = 1;
   T(b, Eigen::seqN(0, n_a)) = Psi;
@@ -120,7 +129,9 @@ class Statics {
  public:
   Statics(const Superelement& s, const Matrix& R) : s_(s), R_(R), P_(s.M_cc * R), held_(hold_rigid_motions(s.K_cc, R)) {
     if (!dense_cholesky(held_.K))
-      fail("pressure: the interface moves without strain in more ways than as a rigid body: mend the mesh");
+      fail(
+          "pressure: the interface moves without strain in more ways than as a rigid body, or is too thin for a double: mend the "
+          "mesh, or use less flat elements");
   }
 
   Matrix in_equilibrium(const Matrix& B) const { return B - P_ * (R_.transpose() * B); }
@@ -274,18 +285,23 @@ CharacteristicFigures make_characteristic(const CharacteristicOptions& options, 
   orthonormalise(s.M_cc, R, shapes);
   const auto [kept, others] = split(s, options.keep);
   Matrix T =
-      kept.empty() ? shapes_of_all(s, options.modes, R, figures) : shapes_beside_kept(s, options.modes, kept, others, figures);
+      kept.empty() ? shapes_of_all(s, options.modes, R, figures) : shapes_beside_kept(s, options.modes, kept, others, R, figures);
   if (!options.pressure.empty()) {
     const Statics statics(s, R);
     for (const std::string& name : options.pressure) add_patterns(surface_named(s, name), options, statics, s, T, figures);
   }
   Superelement t = in_shapes(s, T);
+  figures.mass = reduced_mass_condition(t);
+  const Matrix y = in_span(T, R);
   Matrix R_t = Matrix::Zero(t.n(), R.cols());
-  R_t.bottomRows(T.cols()) = in_span(T, R);
+  R_t.bottomRows(T.cols()) = y;
   add_diagonal_form(t, std::move(R_t));
   const Index k = s.k(), n = t.n();
   s.eigenvalues = t.omega.cwiseAbs2();
   s.characteristic.V.noalias() = T * t.V.bottomRows(T.cols());
+  // The rigid ones, t.V = y X, are R X: T y is R but for round-off
+  const Matrix X = Eigen::ColPivHouseholderQR<Matrix>(y).solve(Matrix(t.V.bottomLeftCorner(T.cols(), R.cols())));
+  s.characteristic.V.leftCols(R.cols()).noalias() = R * X;
   for (auto& recovery : s.recovery) {
     Matrix Phi = Matrix::Zero(recovery.Phi.rows(), n);
     if (k > 0 && Phi.rows() > 0) Phi.noalias() = recovery.Phi * t.V.topRows(k);
@@ -293,6 +309,19 @@ CharacteristicFigures make_characteristic(const CharacteristicOptions& options, 
   }
   s.K_cc.resize(0, 0), s.M_cc.resize(0, 0), s.M_kc.resize(0, 0);
   return figures;
+}
+
+Index examine_characteristic(const Superelement& s, const CharacteristicFigures& figures, const std::vector<Index>& part,
+                             Conditioning& condition) {
+  const Vector omega = s.eigenvalues.cwiseSqrt();
+  condition.mass = figures.mass;
+  condition.n_rigid = rigid_motions_of_parts(s, part).cols();
+  condition.n_zero = (omega.array() == 0).count();
+  if (omega.size() > 0) condition.largest_omega = omega(omega.size() - 1);
+  if (condition.n_zero < omega.size()) condition.lowest_omega = omega(condition.n_zero);
+  Index dof = -1;
+  if (condition.n_zero > condition.n_rigid) s.characteristic.V.col(condition.n_rigid).cwiseAbs().maxCoeff(&dof);
+  return dof;
 }
 
 }  // namespace cbr

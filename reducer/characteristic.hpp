@@ -7,6 +7,7 @@
 
 #include "common/scene.hpp"
 #include "common/superelement.hpp"
+#include "reducer/condition.hpp"
 
 namespace cbr {
 
@@ -20,6 +21,7 @@ struct CharacteristicFigures {
   double highest = 0;                   // rad/s, of the last characteristic mode
   double left =
       0;  // share of a pressure surface's compliance, its trace, that the basis does not have; the largest of the surfaces
+  ConditionNumbers mass;          // of the shapes' reduced mass
   Vector3 rho = Vector3::Zero();  // residual_mass_share() of Craig-Bampton's form, which rigid motions of the interface keep
 };
 
@@ -27,6 +29,10 @@ struct CharacteristicFigures {
 // Recovery data go along. InputError: a set that the interface does not keep; more modes than dofs; kept nodes that do not hold the
 // rest; nothing to reduce. RunError: of the eigensolver.
 CharacteristicFigures make_characteristic(const CharacteristicOptions& options, const std::vector<Index>& part, Superelement& s);
+
+// Condition of its mass and frequencies. The interface dof that a motion without stiffness moves most; -1: there is none.
+Index examine_characteristic(const Superelement& s, const CharacteristicFigures& figures, const std::vector<Index>& part,
+                             Conditioning& condition);
 
 // Forces of unit pressures at the surface's nodes on the interface's dofs, c x m, or 3 m with shear (x, y, z of each node), and the
 // areas that they act on (m or 3 m): n_i is the sum of the node's shares of its faces' area vectors, by their corners.

@@ -247,7 +247,7 @@ class Reducer {
       const std::vector<Index> part = parts_of(mesh, s.node_ids);
       if (s.n() <= settings_.diagonal_limit) figures.condition.n_rigid = add_diagonal_form(s, part);
       const Index loose = examine_reduced(s, rigid_motions_of_parts(s, part), figures.condition);
-      if (loose >= 0) figures.condition.loose_node = "node " + std::to_string(s.node_ids[static_cast<std::size_t>(loose / 3)]);
+      if (loose >= 0) figures.condition.loose_node = name_of_node_id(mesh, s.node_ids[static_cast<std::size_t>(loose / 3)]);
     }
     const std::string about = report_.about();
     report_.about(about + "second reduction: ");

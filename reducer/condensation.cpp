@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cmath>
 #include <mutex>
+#include <numeric>
 
 #include "common/error.hpp"
 #include "common/linalg/blas_threads.hpp"
@@ -31,6 +32,8 @@ class Condenser {
         K_IC_(reordered(p.K_IC, place_, columns_)),
         M_IC_(reordered(p.M_IC, place_, columns_)),
         M_II_(reordered(p.M_II, place_, order())),
+        P_I_(reordered(p.rigid.P_I, place_, first_numbers(p.rigid.count()))),
+        Phi_(Phi),
         wanted_(tree_.reach(rows_of(K_IC_.sparse(), 0, p.n_interface()))) {
     if (p.lumped) mass_ = M_II_.sparse().diagonal();
     choose();
@@ -40,6 +43,7 @@ class Condenser {
   Condensation run() {
     if (p_.n_interior() > 0 && p_.n_interface() > 0) {
       panels();
+      follow();
     } else {
       result_.K_cc = Matrix(p_.K_CC);
       result_.M_cc = Matrix(p_.M_CC);
@@ -56,6 +60,12 @@ class Condenser {
   };
 
   std::vector<Index> order() const { return {tree_.factor().order, tree_.factor().order + p_.n_interior()}; }
+
+  static std::vector<Index> first_numbers(Index n) {
+    std::vector<Index> numbers(static_cast<std::size_t>(n));
+    std::iota(numbers.begin(), numbers.end(), Index{0});
+    return numbers;
+  }
 
   static std::vector<Index> rows_of(const SparseMatrix& A, Index first, Index count) {
     const Index *begin = A.innerIndexPtr() + A.outerIndexPtr()[first], *end = A.innerIndexPtr() + A.outerIndexPtr()[first + count];
@@ -91,7 +101,7 @@ class Condenser {
     Matrix W = product(p_.M_II, Phi);
     const double solve_flops = 2 * tree_.all().flops_per_column * static_cast<double>(k);
     const double product_flops = 2.0 * static_cast<double>(n_I) * static_cast<double>(k * c);
-    if (solve_penalty * solve_flops < product_flops) {
+    if (!options_.one_Psi && solve_penalty * solve_flops < product_flops) {
       factor_.solve_in_place(W);
       result_.M_kc -= product(SparseMatrix(p_.K_IC.transpose()), W).transpose();
       result_.solve_flops += solve_flops;
@@ -109,6 +119,7 @@ class Condenser {
     if (whole && !p_.lumped) Y_.resize(c, n_I);
     result_.K_cc.setZero(c, c);
     result_.M_cc.setZero(c, c);
+    m_.setZero(c, p_.rigid.count());
     std::atomic<Index> next{0};
     {
       const SingleThreadedBlas blas;
@@ -146,6 +157,7 @@ class Condenser {
     result_.K_cc.block(first, first, width, left) = work.out;
     if (options_.keep_Psi) keep(first, work.X);
     if (M_Phi_.cols() > 0) couple_panel(first, work.X);
+    if (m_.cols() > 0) rigid_panel(first, work.X);
     if (p_.lumped) {
       lumped_mass(first, left, work);
     } else {
@@ -171,6 +183,26 @@ class Condenser {
   void couple_panel(Index first, const Matrix& X) {
     const Matrix part = M_Phi_.transpose() * X.transpose();
     for (Index j = 0; j < X.rows(); ++j) result_.M_kc.col(columns_[static_cast<std::size_t>(first + j)]) += part.col(j);
+  }
+
+  // Rows of m = T^T M R = Psi^T (M R)_I + (M R)_C
+  void rigid_panel(Index first, const Matrix& X) {
+    Matrix rows = Matrix::Zero(X.rows(), m_.cols());
+    P_I_.add(X, 1, rows);
+    for (Index j = 0; j < X.rows(); ++j) m_.row(columns_[static_cast<std::size_t>(first + j)]) = rows.row(j);
+  }
+
+  // With Psi + (R_I - Psi R_C) G from here on
+  void follow() {
+    const RigidMotions& rigid = p_.rigid;
+    if (rigid.count() == 0) return;
+    m_ += rigid.P_C;
+    result_.rigid = follow_rigid_motions(rigid, m_, result_.K_cc, result_.M_cc);
+    const SparseMatrix G = rigid_content(rigid, result_.M_cc);
+    follow_rigid_motions(rigid, G, Phi_, result_.M_kc);
+    if (!options_.keep_Psi) return;
+    const Matrix missing = Matrix(rigid.R_I) - result_.Psi * rigid.R_C;
+    result_.Psi += missing * G;
   }
 
   void keep(Index first, const Matrix& X) {
@@ -245,10 +277,13 @@ class Condenser {
   Report& report_;
   std::vector<Index> place_, columns_;  // of the interior's rows in the order of elimination; the order of the panels' columns
   PanelProduct K_IC_, M_IC_, M_II_;     // in these orders
-  SupernodeSet wanted_;                 // what K_CI reads of a solution
-  Vector mass_;                         // lumped: the diagonal of M_II
-  Matrix M_Phi_;                        // n_I x k, in the order of elimination; empty when M_kc has been found by a solve
-  Matrix S_, Y_;                        // c x n_I, for the product
+  PanelProduct P_I_;                    // (M R)_I, its rows in this order
+  const Matrix& Phi_;
+  SupernodeSet wanted_;  // what K_CI reads of a solution
+  Vector mass_;          // lumped: the diagonal of M_II
+  Matrix M_Phi_;         // n_I x k, in the order of elimination; empty when M_kc has been found by a solve
+  Matrix S_, Y_;         // c x n_I, for the product
+  Matrix m_;             // c x r, T^T M R of the rigid motions
   std::mutex lock_;
   Index done_ = 0;
   Condensation result_;
@@ -261,11 +296,13 @@ Condensation condense(const Partition& partition, const SparseCholesky& factor, 
   return Condenser(partition, factor, Phi, options, report).run();
 }
 
-Matrix mode_coupling(const Partition& p, const SparseCholesky& factor, const Matrix& Phi) {
+Matrix mode_coupling(const Partition& p, const SparseCholesky& factor, const Matrix& Phi, const Matrix& M_cc) {
   if (Phi.cols() == 0 || p.n_interface() == 0) return Matrix::Zero(Phi.cols(), p.n_interface());
   Matrix W = p.M_II * Phi;
   factor.solve_in_place(W);
-  return Matrix(p.M_IC.transpose() * Phi - p.K_IC.transpose() * W).transpose();
+  Matrix M_kc = Matrix(p.M_IC.transpose() * Phi - p.K_IC.transpose() * W).transpose();
+  follow_rigid_motions(p.rigid, rigid_content(p.rigid, M_cc), Phi, M_kc);
+  return M_kc;
 }
 
 }  // namespace cbr

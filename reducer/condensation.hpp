@@ -23,7 +23,11 @@ struct CondensationOptions {
   CondensationWay way = CondensationWay::automatic;
   Index panel = 0;        // columns, 0: chosen from memory
   bool keep_Psi = false;  // for the recovery of the interior
+  bool one_Psi = false;   // M_kc by the very Psi that M_cc is made with, which an ill-conditioned K_II makes two of
 };
+
+// For CondensationOptions::one_Psi. condition: of K_II, scaled by its diagonal.
+inline bool needs_one_Psi(double condition) { return condition > 1e9; }
 
 struct Condensation {
   Matrix K_cc, M_cc;  // c x c, exactly symmetric
@@ -32,15 +36,16 @@ struct Condensation {
   CondensationWay way = CondensationWay::product;
   Index panel = 0;
   double solve_flops = 0, product_flops = 0;
+  RigidFigures rigid;
 };
 
 // Psi = -K_II^-1 K_IC; K_cc = K_CC + K_CI Psi; M_cc = M_CC + Psi^T M_IC + M_CI Psi + Psi^T M_II Psi;
 // M_kc = Phi^T (M_IC + M_II Psi)   (Craig, Bampton 1968, doi 10.2514/3.4741; the paper's Eqs 2-4). Phi: n_I x k, may have no
-// columns.
+// columns. Psi follows partition.rigid exactly, in all of them.
 Condensation condense(const Partition& partition, const SparseCholesky& factor, const Matrix& Phi,
                       const CondensationOptions& options, Report& report);
 
-// M_kc = Phi^T M_IC - (K_II^-1 M_II Phi)^T K_IC   (k x c): the same for vectors that come later. k solves.
-Matrix mode_coupling(const Partition& partition, const SparseCholesky& factor, const Matrix& Phi);
+// M_kc = Phi^T M_IC - (K_II^-1 M_II Phi)^T K_IC   (k x c): the same for vectors that come later. k solves. M_cc: condense()'s.
+Matrix mode_coupling(const Partition& partition, const SparseCholesky& factor, const Matrix& Phi, const Matrix& M_cc);
 
 }  // namespace cbr

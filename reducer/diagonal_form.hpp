@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "common/superelement.hpp"
-#include "reducer/rigid_motions.hpp"
+#include "reducer/reduced_rigid_motions.hpp"
 
 namespace cbr {
 

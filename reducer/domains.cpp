@@ -173,7 +173,7 @@ void add_diagonal(const Mesh& mesh, Index limit, Report& report, SuperelementGro
   condition.reduced_rigid =
       rigid_residual(whole.K_cc, reduced_rigid_modes(whole, group.rigid_body.center).bottomRows(whole.c())).value;
   const Index loose = examine_reduced(whole, rigid_motions_of_parts(whole, part), condition);
-  if (loose >= 0) condition.loose_node = "node " + std::to_string(whole.node_ids[static_cast<std::size_t>(loose / 3)]);
+  if (loose >= 0) condition.loose_node = name_of_node_id(mesh, whole.node_ids[static_cast<std::size_t>(loose / 3)]);
   const std::string about = report.about();
   report.about(about + "the domains together: ");
   report_conditioning(condition, report);
@@ -216,7 +216,7 @@ SuperelementGroup reduce_domains(const Mesh& mesh, const std::vector<BlockProper
     const auto phase = report.phase("decomposition");
     const Decomposition decomposition = decompose(mesh, options.domains);
     f.n_dofs = 3 * static_cast<Index>(model.nodes.size());
-    if (const std::string text = unjoined_parts(mesh, model, connected_parts(mesh, model)); !text.empty()) report.warning(text);
+    tell_of_parts(mesh, model, connected_parts(mesh, model), report);
     f.n_shared_nodes = static_cast<Index>(shared_nodes(mesh, decomposition).size());
     domains = split(mesh, decomposition, interface, kept_sets(mesh, interface, options.interface_sets));
   }

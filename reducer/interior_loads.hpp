@@ -38,8 +38,10 @@ void refuse_loads_inside(const Mesh& mesh, const ReductionOptions& reduction, co
 // Parts of X that are round-off of it, and those that would be the same twice, are left out. Returns how many there are.
 Index add_residual_vectors(const Partition& p, const SparseCholesky& factor, const Matrix& F_I, FixedInterfaceModes& modes);
 
-// Forces on the coordinates: [Phi^T F_I; F_C + Psi^T F_I], Psi^T F_I = -K_CI K_II^-1 F_I.
+// Forces on the coordinates: [Phi^T F_I; F_C + Psi^T F_I], Psi^T F_I = -K_CI K_II^-1 F_I, of which rigid motions of the interface
+// (M_cc: condense()'s) feel exactly what they feel of F.
 std::map<std::string, Superelement::InteriorLoad> generalised_loads(const Partition& p, const SparseCholesky& factor,
-                                                                    const InteriorLoads& loads, const Matrix& Phi);
+                                                                    const InteriorLoads& loads, const Matrix& Phi,
+                                                                    const Matrix& M_cc);
 
 }  // namespace cbr

@@ -18,7 +18,8 @@ namespace cbr {
 namespace {
 
 constexpr double least_pivot = 1e-10;       // of F, as a share of the elastic compliance: below, it is round-off
-constexpr double rigid_tolerance = 1e-6;    // of the lowest elastic eigenvalue
+constexpr double no_strain = 1e-6;          // of the lowest elastic eigenvalue: a mechanism
+constexpr double rigid_tolerance = 1e-2;    // of it: rigid motions that cannot be told from the others
 constexpr double least_driven_mass = 1e-6;  // of a rigid motion's, in the modes
 
 // Six of each part, about its middle and of its size, N^T M N = I   (N x 6 parts)
@@ -47,7 +48,10 @@ Matrix rigid_motions(const FreeModel& model) {
 // A generalised inverse of K_cc, N_c being the rigid motions of the interface   (c x c)
 Matrix compliance_of_interface(const Matrix& K_cc, const Matrix& N_c) {
   Matrix K = hold_rigid_motions(K_cc, N_c).K;
-  if (!dense_cholesky(K)) throw InputError("the reduced stiffness of the interface has motions without strain that are not rigid");
+  if (!dense_cholesky(K))
+    throw InputError(
+        "basis: massless: the reduced stiffness of the interface is lost in round-off, as that of very thin parts is: use "
+        "larger or less flat elements, or basis: craig-bampton");
   dense_inverse_of_cholesky(K);
   return K;
 }
@@ -147,15 +151,16 @@ FixedInterfaceModes free_modes(const FreeModel& model, const Partition& p, doubl
 }
 
 void require_only_rigid(const Vector& lambda, Index n_rigid, double low) {
-  if (n_rigid < lambda.size() && lambda(n_rigid) <= rigid_tolerance * low)
+  const double round_off = n_rigid > 0 ? lambda.head(n_rigid).cwiseAbs().maxCoeff() : 0;
+  if (n_rigid < lambda.size() && lambda(n_rigid) <= std::max(no_strain * low, 10 * round_off))
     throw InputError(
-        "the component moves without strain in more ways than as a rigid body: a mechanism, or a part that hangs by an "
-        "edge: mend the mesh");
-  if (n_rigid > 0 && lambda.head(n_rigid).cwiseAbs().maxCoeff() > rigid_tolerance * low)
+        "basis: massless: the component moves without strain in more ways than as a rigid body: a mechanism, a part that hangs by "
+        "an edge, or one too thin for a double: mend the mesh, or use basis: craig-bampton");
+  if (round_off > rigid_tolerance * low)
     throw InputError(
         "basis: massless: by round-off the stiffness resists rigid motions, so that the free modes cannot be told from them: look "
-        "for "
-        "parts of very unlike stiffness, slivers, Poisson's ratio near 0.5, or use massless_modes: fixed or basis: craig-bampton");
+        "for parts of very unlike stiffness, very thin parts, slivers, Poisson's ratio near 0.5, or use massless_modes: fixed or "
+        "basis: craig-bampton");
 }
 
 // Columns of V, rigid ones apart, times sqrt(1 - (omega_j / omega)^3); omega^2 = next, the first that is left out. Where that is
@@ -289,6 +294,18 @@ MasslessFigures make_massless_fixed(const std::vector<Index>& part, Superelement
   }
   finish(elastic, "fixed modes", figures, s);
   return figures;
+}
+
+void refuse_mechanism(const SoftestMotion& softest, const std::string& node) {
+  if (std::isnan(softest.stiffness))
+    throw InputError("basis: massless: the stiffness of the interface is lost in round-off, as that of very thin parts is" +
+                     (node.empty() ? "" : ", first at " + node) + ": use larger or less flat elements, or basis: craig-bampton");
+  if (is_without_stiffness(softest.stiffness))
+    throw InputError("basis: massless: the interface has a motion without stiffness that is not rigid, which moves most at " +
+                     node +
+                     ": a mechanism, as elements make that share only an edge or a node, or a part too thin for a double; mend the "
+                     "mesh there, or "
+                     "use basis: craig-bampton");
 }
 
 }  // namespace cbr

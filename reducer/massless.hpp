@@ -40,8 +40,8 @@ struct FreeModel {
 struct FreeModesWanted {
   Index modes = 0;
   double cutoff_hz = 0;  // 0: `modes` counts
-  // Interface rows that fall off towards the last mode, V_j <- V_j sqrt(1 - (omega_j / omega)^3) with omega the first frequency left
-  // out, and F takes what that leaves of the compliance: docs/theory.md 2, figures in docs/decisions/energy.md.
+  // Interface rows that fall off towards the last mode, V_j <- V_j sqrt(1 - (omega_j / omega)^3) with omega the first frequency
+  // left out, and F takes what that leaves of the compliance: docs/theory.md 2, figures in docs/decisions/energy.md.
   bool tapered = false;
 };
 
@@ -54,5 +54,9 @@ MasslessFigures make_massless_free(const FreeModel& model, const Partition& p, c
 // Craig-Bampton's modes, the rest of the mass taken off the interface, and what rigid motions lose by that given back to the modes.
 // s: its K_cc, M_cc, M_kc are used up; part: per node of it. InputError: modes that some rigid motion does not drive.
 MasslessFigures make_massless_fixed(const std::vector<Index>& part, Superelement& s);
+
+// InputError naming the node where the interface, which has no mass here, moves without stiffness otherwise than as a rigid body,
+// or where round-off has left nothing of its stiffness.
+void refuse_mechanism(const SoftestMotion& softest, const std::string& node);
 
 }  // namespace cbr

@@ -4,9 +4,9 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <numeric>
-#include <array>
 #include <string>
 
+#include "common/connected_parts.hpp"
 #include "common/error.hpp"
 
 namespace cbr {
@@ -71,21 +71,13 @@ Index rank_on_interface(const Mesh& mesh, const FiniteElementModel& model, const
 // "; node id 28 of block 'a' and node id 3 of block 'b' are at the same place: ...", or "": a node of the part and one of another
 // that the mesh generator should have made one.
 std::string coincidence(const Mesh& mesh, const FiniteElementModel& model, const std::vector<Index>& parts, Index part) {
-  const auto position = [&](std::size_t i) { return Vector3(mesh.coordinates.row(model.nodes[i])); };
-  Vector3 low = position(0), high = low;
-  for (std::size_t i = 0; i < model.nodes.size(); ++i) low = low.cwiseMin(position(i)), high = high.cwiseMax(position(i));
-  const double near = 1e-9 * (high - low).maxCoeff();
-  std::vector<std::pair<std::array<double, 3>, std::size_t>> order;  // by rounded places
-  for (std::size_t i = 0; i < model.nodes.size(); ++i) {
-    const Vector3 x = ((position(i) - low) / near).array().round();
-    order.push_back({{x(0), x(1), x(2)}, i});
-  }
-  std::sort(order.begin(), order.end());
-  for (std::size_t k = 1; k < order.size(); ++k) {
-    const std::size_t a = order[k - 1].second, b = order[k].second;
-    if (order[k - 1].first != order[k].first || (parts[a] == part) == (parts[b] == part)) continue;
-    return "; " + name_of_node(mesh, model.nodes[parts[a] == part ? a : b]) + " and " +
-           name_of_node(mesh, model.nodes[parts[a] == part ? b : a]) + " are at the same place: were nodes to be merged?";
+  for (const NearNodes& pair : near_nodes(mesh, model, parts)) {
+    const auto number = [&](Index node) { return parts[static_cast<std::size_t>(node)]; };
+    if (number(pair.first) != part && number(pair.second) != part) continue;
+    const bool own = number(pair.first) == part;
+    return "; " + name_of_node(mesh, model.nodes[static_cast<std::size_t>(own ? pair.first : pair.second)]) + " and " +
+           name_of_node(mesh, model.nodes[static_cast<std::size_t>(own ? pair.second : pair.first)]) + " are " +
+           how_near(pair.apart) + ": were nodes to be merged?";
   }
   return "";
 }
@@ -98,6 +90,11 @@ std::string name_of_node(const Mesh& mesh, Index node) {
     if (dimension(block.type) == 3 && (block.connectivity.array() == node).any()) return id + " of block '" + block.name + "'";
   }
   return id;
+}
+
+std::string name_of_node_id(const Mesh& mesh, Index id) {
+  const auto found = std::find(mesh.node_ids.begin(), mesh.node_ids.end(), id);
+  return found == mesh.node_ids.end() ? "node id " + std::to_string(id) : name_of_node(mesh, found - mesh.node_ids.begin());
 }
 
 FiniteElementModel number_nodes(const Mesh& mesh) {
@@ -193,6 +190,11 @@ void check_interface_holds(const Mesh& mesh, const FiniteElementModel& model, co
         "the interface has " + std::to_string(part.interface.size()) + " node" + (part.interface.size() > 1 ? "s" : "") + " on " +
         name + ", not three that are off one line: the interior could turn freely about them; add nodes to " + "the interface");
   }
+}
+
+void tell_of_parts(const Mesh& mesh, const FiniteElementModel& model, const std::vector<Index>& parts, Report& report) {
+  if (const std::string text = several_parts(mesh, model, parts); !text.empty()) report.line(report.about() + text);
+  if (const std::string text = unjoined_parts(mesh, model, parts); !text.empty()) report.warning(text);
 }
 
 }  // namespace cbr

@@ -7,7 +7,9 @@
 
 #include "common/assembly.hpp"
 #include "common/mesh/mesh.hpp"
+#include "common/report.hpp"
 #include "common/types.hpp"
+#include "reducer/rigid_motions.hpp"
 
 namespace cbr {
 
@@ -17,6 +19,7 @@ struct Partition {
   SparseMatrix K_II, K_IC, K_CC;                       // n_I x n_I, n_I x c, c x c
   SparseMatrix M_II, M_IC, M_CC;
   bool lumped = false;  // M is diagonal: M_IC = 0
+  RigidMotions rigid;   // what the condensation keeps exact; none unless set
 
   Index n_interior() const { return K_II.rows(); }
   Index n_interface() const { return K_CC.rows(); }
@@ -39,6 +42,10 @@ void check_interface_holds(const Mesh& mesh, const FiniteElementModel& model, co
 
 // "node id 28 of block 'flap'": how messages name a node of the mesh (an index).
 std::string name_of_node(const Mesh& mesh, Index node);
+std::string name_of_node_id(const Mesh& mesh, Index id);
+
+// A component of several parts says so, and warns where their nodes meet without being joined. `parts`: of connected_parts().
+void tell_of_parts(const Mesh& mesh, const FiniteElementModel& model, const std::vector<Index>& parts, Report& report);
 
 // Dofs (n_I or c) of a list of model nodes.
 std::vector<Index> dofs_of(const std::vector<Index>& nodes);

@@ -43,11 +43,13 @@ std::string node_of_interior_dof(const Reduction& r, Index dof) {
   return name_of_node(r.mesh, r.model.nodes[static_cast<std::size_t>(node)]) + " in " + "xyz"[dof % 3];
 }
 
-std::vector<Index> parts_of_interface(const Reduction& r) {
+std::vector<Index> parts_of_nodes(const Reduction& r, const std::vector<Index>& nodes) {
   std::vector<Index> part;
-  for (const Index node : r.p.interface_nodes) part.push_back(r.part[static_cast<std::size_t>(node)]);
+  for (const Index node : nodes) part.push_back(r.part[static_cast<std::size_t>(node)]);
   return part;
 }
+
+std::vector<Index> parts_of_interface(const Reduction& r) { return parts_of_nodes(r, r.p.interface_nodes); }
 
 SparseCholesky factorise(Reduction& r) {
   const auto phase = r.report.phase("factorisation");
@@ -130,7 +132,7 @@ void pick_by_tolerance(Reduction& r, const SparseCholesky& factor, const Interfa
   r.not_kept = std::move(found.not_kept);
   modes = std::move(found.modes);
   check_found(r, modes);
-  condensed.M_kc = mode_coupling(r.p, factor, modes.Phi);
+  condensed.M_kc = mode_coupling(r.p, factor, modes.Phi, s.M_cc);
 }
 
 Points coordinates_of(const Reduction& r, const std::vector<Index>& nodes) {
@@ -194,15 +196,12 @@ std::string node_of_interface_dof(const Reduction& r, Index dof) {
   return name_of_node(r.mesh, mesh_node(r, r.p.interface_nodes[static_cast<std::size_t>(dof / 3)]));
 }
 
-// An interface without mass moves by its stiffness alone.
 void refuse_mechanism(Reduction& r, const Superelement& s) {
-  const SoftestMotion softest = softest_motion(s.K_cc, rigid_motions_of_parts(s, parts_of_interface(r)).bottomRows(s.c()));
+  const Matrix R = rigid_motions_of_parts(s, parts_of_interface(r)).bottomRows(s.c());
+  const SoftestMotion softest = softest_motion(s.K_cc, R);
   r.figures.condition.softest = softest.stiffness;
-  if (!is_without_stiffness(softest.stiffness)) return;
-  throw InputError("basis: massless: the interface has a motion without stiffness that is not rigid, which moves most at " +
-                   node_of_interface_dof(r, softest.dof) +
-                   ": a mechanism, as elements make that share only an edge or a node; mend the mesh there, or use basis: "
-                   "craig-bampton");
+  if (s.c() == R.cols()) return;
+  refuse_mechanism(softest, softest.dof >= 0 ? node_of_interface_dof(r, softest.dof) : r.figures.condition.weakest);
 }
 
 // Basis massless, of the free modes; K_cc and M_cc of a condensation without modes.
@@ -237,8 +236,10 @@ void add_diagonal(Reduction& r, Superelement& s) {
 
 void make_shapes(Reduction& r, Superelement& s) {
   const auto phase = r.report.phase("characteristic modes");
-  r.figures.condition.mass = reduced_mass_condition(s);
-  r.figures.characteristic = make_characteristic(r.options.characteristic, parts_of_interface(r), s);
+  const std::vector<Index> part = parts_of_interface(r);
+  r.figures.characteristic = make_characteristic(r.options.characteristic, part, s);
+  const Index loose = examine_characteristic(s, r.figures.characteristic, part, r.figures.condition);
+  if (loose >= 0) r.figures.condition.loose_node = node_of_interface_dof(r, loose);
 }
 
 // Modes that are known before the condensation.
@@ -256,7 +257,11 @@ Condensation condense_with(Reduction& r, const SparseCholesky& factor, const Mat
   options.way = r.settings.way;
   options.panel = r.settings.panel;
   options.keep_Psi = r.options.recovery;
+  options.one_Psi = needs_one_Psi(r.figures.condition.K_II.scaled);
   const auto phase = r.report.phase("condensation");
+  const auto &inside = r.p.interior_nodes, &on_interface = r.p.interface_nodes;
+  r.p.rigid = rigid_motions(r.p, coordinates_of(r, inside), parts_of_nodes(r, inside), 0, coordinates_of(r, on_interface),
+                            parts_of_nodes(r, on_interface));
   Condensation condensed = condense(r.p, factor, Phi, options, r.report);
   r.figures.solve_flops = condensed.solve_flops;
   r.figures.product_flops = condensed.product_flops;
@@ -271,10 +276,10 @@ void add_loads(Reduction& r, const SparseCholesky& factor, FixedInterfaceModes& 
   if (!loads.any()) return;
   const auto phase = r.report.phase("residual vectors");
   s.n_residual = add_residual_vectors(r.p, factor, loads.F_I, modes);
-  const Matrix more = mode_coupling(r.p, factor, modes.Phi.rightCols(s.n_residual));
+  const Matrix more = mode_coupling(r.p, factor, modes.Phi.rightCols(s.n_residual), s.M_cc);
   condensed.M_kc.conservativeResize(modes.lambda.size(), r.p.n_interface());
   condensed.M_kc.bottomRows(s.n_residual) = more;
-  s.loads = generalised_loads(r.p, factor, loads, modes.Phi);
+  s.loads = generalised_loads(r.p, factor, loads, modes.Phi, s.M_cc);
 }
 
 void take_matrices(Reduction& r, FixedInterfaceModes& modes, Condensation& condensed, Superelement& s) {
@@ -298,6 +303,8 @@ void condense_and_keep(Reduction& r, Superelement& s) {
   // From here on only its factor is needed, and the space may be; an inertia count of modes to come takes K_II itself
   if (!r.options.tolerance) r.p.K_II = SparseMatrix(r.p.n_interior(), r.p.n_interior());
   Condensation condensed = condense_with(r, factor, modes.Phi);
+  r.figures.rigid = condensed.rigid;
+  if (r.p.rigid.count() > 0) judge_rigid(condensed.rigid, r.figures.condition.K_II.scaled, r.figures.condition.weakest, r.report);
   if (has_free_modes(r.options)) return make_free(r, factor, condensed, s);
   keep_modes(r, modes, condensed);
   s.K_cc = std::move(condensed.K_cc);
@@ -311,11 +318,15 @@ void condense_and_keep(Reduction& r, Superelement& s) {
     const auto phase = r.report.phase("errors");
     motions = interface_motions(r.p, factor, s, parts_of_interface(r));
   }
-  if (r.options.tolerance) pick_by_tolerance(r, factor, motions, s, modes, condensed);
+  if (r.options.tolerance) {
+    pick_by_tolerance(r, factor, motions, s, modes, condensed);
+    if (needs_one_Psi(r.figures.condition.K_II.scaled)) condensed.M_kc = condense_with(r, factor, modes.Phi).M_kc;
+  }
   if (!r.options.loads.empty()) add_loads(r, factor, modes, condensed, s);
   take_matrices(r, modes, condensed, s);
-  r.figures.condition.reduced_rigid = rigid_residual(s.K_cc, reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c())).value;
+  r.figures.condition.reduced_rigid = r.figures.rigid.force;
   require_free(r.figures.condition);
+  r.figures.condition.reduced_rigid = rigid_residual(s.K_cc, reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c())).value;
   if (!r.options.is_characteristic()) {
     add_diagonal(r, s);
     add_accuracy(r, factor, motions, s);
@@ -348,7 +359,7 @@ Superelement reduce_to(const std::vector<Index>* interface, const Mesh& mesh, co
     }
     r.p = partition(r.model, kept);
     r.part = connected_parts(mesh, r.model);
-    if (const std::string text = unjoined_parts(mesh, r.model, r.part); !text.empty() && !settings.is_domain) report.warning(text);
+    if (!settings.is_domain) tell_of_parts(mesh, r.model, r.part, report);
     r.x.resize(static_cast<Index>(r.model.nodes.size()), 3);
     for (Index i = 0; i < r.x.rows(); ++i) r.x.row(i) = mesh.coordinates.row(r.model.nodes[static_cast<std::size_t>(i)]);
     s.rigid_body = rigid_body(r.model.M, r.x);

@@ -36,6 +36,7 @@ struct ReductionFigures {
   CondensationWay way = CondensationWay::product;
   Index panel = 0;
   Conditioning condition;
+  RigidFigures rigid;
   MasslessFigures massless;              // of basis massless
   CharacteristicFigures characteristic;  // of basis characteristic
 };

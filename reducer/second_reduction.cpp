@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <set>
 #include <utility>
 
@@ -93,12 +94,57 @@ Partition partition_of(const SuperelementGroup& group, const JoinedPlaces& place
   return p;
 }
 
-SparseCholesky factorise(const Partition& p) {
+// Numbers of the connected parts that the joined nodes belong to: those that a domain's stiffness connects.
+std::vector<Index> parts_of(const SuperelementGroup& group, const JoinedNodes& joined) {
+  std::vector<Index> part(joined.node_ids.size());
+  std::iota(part.begin(), part.end(), Index{0});
+  const auto root = [&](Index i) {
+    while (part[static_cast<std::size_t>(i)] != i)
+      i = part[static_cast<std::size_t>(i)] = part[static_cast<std::size_t>(part[static_cast<std::size_t>(i)])];
+    return i;
+  };
+  for (std::size_t d = 0; d < group.domains.size(); ++d) {
+    const Superelement& s = group.domains[d];
+    const auto node = [&](Index dof) {
+      return joined.place[d][static_cast<std::size_t>(s.dof_node[static_cast<std::size_t>(dof)])];
+    };
+    for (Index j = 0; j < s.c(); ++j)
+      for (Index i = j + 1; i < s.c(); ++i)
+        if (s.K_cc(i, j) != 0) part[static_cast<std::size_t>(root(node(i)))] = root(node(j));
+  }
+  for (Index i = 0; i < static_cast<Index>(part.size()); ++i) part[static_cast<std::size_t>(i)] = root(i);
+  return part;
+}
+
+RigidMotions rigid_motions_of(const SuperelementGroup& group, const JoinedNodes& joined, const JoinedPlaces& places,
+                              const Partition& p) {
+  const std::vector<Index> part = parts_of(group, joined);
+  const auto of = [&](const std::vector<Index>& nodes) {
+    std::vector<Index> numbers;
+    for (const Index node : nodes) numbers.push_back(part[static_cast<std::size_t>(node)]);
+    return numbers;
+  };
+  const Index n_modal = places.n_interior - 3 * static_cast<Index>(places.shared_nodes.size());
+  return rigid_motions(p, joined.coordinates(places.shared_nodes, Eigen::all), of(places.shared_nodes), n_modal,
+                       joined.coordinates(places.interface_nodes, Eigen::all), of(places.interface_nodes));
+}
+
+// What the messages call a coordinate of the joined interior.
+std::string name_of(const JoinedNodes& joined, const JoinedPlaces& places, Index row) {
+  const Index n_modal = places.n_interior - 3 * static_cast<Index>(places.shared_nodes.size());
+  if (row < n_modal) return "a mode of a domain";
+  const Index node = places.shared_nodes[static_cast<std::size_t>((row - n_modal) / 3)];
+  return "node id " + std::to_string(joined.node_ids[static_cast<std::size_t>(node)]) + " in " + "xyz"[(row - n_modal) % 3];
+}
+
+SparseCholesky factorise(const Partition& p, const JoinedNodes& joined, const JoinedPlaces& places) {
   SparseCholesky factor(p.K_II);
   if (p.n_interior() == 0 || (factor.ok() && factor.smallest_pivot() >= singular_pivot)) return factor;
-  throw InputError(
-      "second_reduction: the component's interface does not hold all of the component: a part of it could float or turn; add nodes "
-      "of that part to the interface, or leave second_reduction out");
+  throw InputError("second_reduction: the stiffness of the joined domains is singular at " +
+                   name_of(joined, places, factor.weakest_column()) +
+                   ": a part of it could float or turn, or is held too weakly for a double, as very thin parts are; put nodes of "
+                   "that part into the "
+                   "interface, or leave second_reduction out");
 }
 
 Index n_modes_wanted(const Partition& p, const SparseCholesky& factor, const ReductionOptions& options) {
@@ -146,14 +192,19 @@ Superelement reduce_again(const SuperelementGroup& group, const std::vector<Inde
     const auto phase = report.phase(std::string("second reduction: ") + name);
     return work();
   };
-  const Partition p = timed("assembly", [&] { return partition_of(group, places); });
-  const SparseCholesky factor = timed("factorisation", [&] { return factorise(p); });
+  const Partition p = timed("assembly", [&] {
+    Partition made = partition_of(group, places);
+    made.rigid = rigid_motions_of(group, joined, places, made);
+    return made;
+  });
+  const SparseCholesky factor = timed("factorisation", [&] { return factorise(p, joined, places); });
   FixedInterfaceModes modes = timed("modes", [&] {
     f.n_candidates = n_modes_wanted(p, factor, options);
     return fixed_interface_modes(p, factor, f.n_candidates, report);
   });
   f.condition.smallest_pivot = factor.smallest_pivot();
   f.condition.K_II = condition_numbers(p.K_II, factor);
+  if (p.n_interior() > 0) f.condition.weakest = name_of(joined, places, factor.weakest_column());
   f.condition.counts = modes.counts;
   f.condition.modes = check_modes(p, modes.lambda, modes.Phi);
   require_independent(p, modes.Phi, f.condition.modes);
@@ -162,7 +213,10 @@ Superelement reduce_again(const SuperelementGroup& group, const std::vector<Inde
   how.way = settings.way;
   how.panel = settings.panel;
   how.keep_Psi = options.recovery;
+  how.one_Psi = needs_one_Psi(f.condition.K_II.scaled);
   Condensation condensed = timed("condensation", [&] { return condense(p, factor, modes.Phi, how, report); });
+  f.rigid = condensed.rigid;
+  if (p.rigid.count() > 0) judge_rigid(f.rigid, f.condition.K_II.scaled, f.condition.weakest, report);
   Superelement s;
   s.rigid_body = group.rigid_body;
   describe_interface(joined, places, s);

@@ -120,7 +120,7 @@ class BlockLanczos {
   // The residual of a Ritz pair is what the last block adds: R times the last rows of its vector.
   Index n_converged() const {
     const Vector residual = (last_ * S_.bottomRows(b_)).colwise().norm();
-    const double round_off = std::numeric_limits<double>::epsilon() * std::abs(theta_(0));
+    const double round_off = std::numeric_limits<double>::epsilon() * std::max(options_.largest, std::abs(theta_(0)));
     Index count = 0;
     while (count < k_ && residual(count) <= std::max(options_.tolerance * std::abs(theta_(count)), round_off)) ++count;
     return count;

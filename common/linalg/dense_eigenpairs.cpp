@@ -141,7 +141,7 @@ Eigenpairs dense_eigenpairs_beside(Matrix A, const Matrix& Q) {
   double largest = 0;
   for (Index j = 0; j < n; ++j) largest = std::max(largest, A.col(j).tail(n - j).cwiseAbs().maxCoeff());
   A.leftCols(r).setZero();
-  A.diagonal().head(r).setConstant(-2 * static_cast<double>(n) * largest - 1);
+  A.diagonal().head(r).setConstant(largest > 0 ? -2 * static_cast<double>(n) * largest : -1);  // in A's own unit
   Eigenpairs pairs = standard_eigenpairs(A, n);
   if (!pairs.converged) return pairs;
   H.apply(pairs.Phi);

@@ -243,6 +243,12 @@ Eigenpairs sparse_eigenpairs_beyond(const SparseMatrix& M, const SparseCholesky&
   };
   BlockLanczosOptions options;
   options.tolerance = tolerance;
+  if (Phi.cols() > 0) {
+    const Vector M_phi = M * Phi.col(0);
+    Vector x(M_phi.size());
+    factor.solve(M_phi.data(), x.data());
+    options.largest = M_phi.dot(x);  // 1 / lambda_1
+  }
   // P K^-1 with P = I - Phi Phi^T M: what is known has the eigenvalue 0 there, the farthest from those that are looked for
   Eigenpairs pairs = block_lanczos(
       M, [&](Eigen::Ref<Matrix> B) { factor.solve_in_place(B), project(B); }, 0, k, options);

@@ -22,17 +22,26 @@ DiagonalForm form_of_modes(const Superelement& s, const Matrix& V_c, const std::
   form.V.bottomRows(s.c()) = V_c;
   // R_c = V_r E_r: impulses change the momentum by their sum
   const Matrix R = reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c());
-  const Matrix V_r = V_c.leftCols(r);
-  form.E = Matrix::Zero(s.k(), 6);
-  if (r > 0) form.E.topRows(r) = Eigen::ColPivHouseholderQR<Matrix>(V_r).solve(R);
+  const Vector scales = rigid_scales(s.rigid_body);
+  const Matrix V_r = V_c.leftCols(r), R_s = R * scales.asDiagonal();
+  Matrix E_s = Matrix::Zero(s.k(), 6);
+  if (r > 0) E_s.topRows(r) = Eigen::ColPivHouseholderQR<Matrix>(V_r).solve(R_s);
   Matrix mass = Matrix::Zero(6, 6);
   mass.topLeftCorner(3, 3).diagonal().setConstant(s.rigid_body.mass);
   mass.bottomRightCorner(3, 3) = s.rigid_body.inertia;
-  const Matrix found = form.E.transpose() * form.E;
+  mass = (scales.asDiagonal() * mass * scales.asDiagonal()).eval();
+  const Matrix found = E_s.transpose() * E_s;
   const auto differ = [&](auto block) { return (block(found) - block(mass)).norm() > 1e-6 * block(mass).norm(); };
-  if ((V_c * form.E - R).norm() > 1e-8 * R.norm() || differ([](const Matrix& A) { return Matrix(A.topLeftCorner(3, 3)); }) ||
+  if ((V_c * E_s - R_s).norm() > 1e-8 * R_s.norm() || differ([](const Matrix& A) { return Matrix(A.topLeftCorner(3, 3)); }) ||
       differ([](const Matrix& A) { return Matrix(A.bottomRightCorner(3, 3)); }))
     throw InputError(where + ": the rigid modes in " + dataset + " do not agree with /rigid_body");
+  // E^T E = R^T M R to the last digit: E <- E L_f^-T L^T
+  const Eigen::LLT<Matrix> whole(mass), own(found);
+  if (whole.info() == Eigen::Success && own.info() == Eigen::Success) {
+    own.matrixU().solveInPlace<Eigen::OnTheRight>(E_s);
+    E_s = (E_s * Matrix(whole.matrixU())).eval();
+  }
+  form.E = E_s * scales.cwiseInverse().asDiagonal();
   return form;
 }
 

@@ -70,14 +70,15 @@ DiagonalForm diagonal_form(const CoupledModel& model, const std::vector<HeldDire
   const FreeDofs free = free_dofs(model, held);
   const Matrix R = rigid_motions(model);
   Matrix K = dense_stiffness(model), M = dense_mass(model);
-  const bool is_free = held.empty() && (K * R).norm() <= 1e-8 * K.norm() * R.norm();
+  const Matrix R_s = R * rigid_scales(model.rigid_body).asDiagonal();
+  const bool is_free = held.empty() && (K * R_s).norm() <= 1e-8 * K.norm() * R_s.norm();
   const Matrix MR = M * R;
   if (!free.is_all) K = on_free(K, free, n_modal), M = on_free(M, free, n_modal);
   const Index n = K.rows();
   IndexTable rows(model.coordinates.rows(), 3);
   for (Index i = 0; i < rows.size(); ++i) rows.data()[i] = n_modal + i;
   Matrix N = held.empty() ? Matrix(Matrix::Identity(6, is_free ? 6 : 0)) : free_rigid_motions(R, model.rigid_body, rows, held);
-  if (N.cols() > 0 && Eigen::ColPivHouseholderQR<Matrix>(R * N).rank() < N.cols()) N.resize(6, 0);
+  if (N.cols() > 0 && Eigen::ColPivHouseholderQR<Matrix>((R * N).colwise().normalized()).rank() < N.cols()) N.resize(6, 0);
   Matrix R_f = R * N;
   if (!free.is_all && N.cols() > 0) {
     R_f.resize(n, N.cols());
@@ -97,6 +98,7 @@ DiagonalForm diagonal_form(const CoupledModel& model, const std::vector<HeldDire
     form.V.bottomRows(model.n_nodal()).noalias() = free.Z * pairs.Phi.bottomRows(free.Z.cols());
   }
   if (held.empty() && use_exact_rigid_modes(R, model.rigid_body, form)) return form;
+  if (is_free) refuse_rigid_modes(where);
   // E = V^T M R   (n x 6)
   form.E.noalias() = form.V.transpose() * MR;
   return form;

@@ -4,6 +4,7 @@
 #include <Eigen/Dense>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "common/error.hpp"
@@ -41,35 +42,45 @@ void require_converged(const Eigenpairs& pairs, Index n, const std::string& wher
 
 // Columns 0 .. 5 of V become R L^-T with L L^T = R^T M R, when they span the same motions; E accordingly.
 bool replace_rigid_modes(const Matrix& R, const RigidBody& body, DiagonalForm& form) {
-  const Eigen::LLT<Matrix6> cholesky(rigid_mass(body));
-  if (form.n_rigid != 6 || cholesky.info() != Eigen::Success) return false;
+  const Matrix6 S = Vector(rigid_scales(body)).asDiagonal(), mass = S * rigid_mass(body) * S;
+  const Eigen::LLT<Matrix6> cholesky(mass);
+  if (form.n_rigid < 6 || cholesky.info() != Eigen::Success) return false;  // a mechanism has more, its rigid ones first
   // V_r = R X; then X^T (R^T M R) X = I when the file's inertia is that of its matrices.
-  const Eigen::ColPivHouseholderQR<Matrix> qr(R);
+  const Matrix R_s = R * S;
+  const Eigen::ColPivHouseholderQR<Matrix> qr(R_s);
   if (qr.rank() < 6) return false;
   const Matrix V_r = form.V.leftCols(6);
   const Matrix6 X = qr.solve(V_r);
-  const double spanned = (V_r - R * X).norm() / V_r.norm();
-  const double normal = (X.transpose() * rigid_mass(body) * X - Matrix6::Identity()).norm();
+  const double spanned = (V_r - R_s * X).norm() / V_r.norm();
+  const double normal = (X.transpose() * mass * X - Matrix6::Identity()).norm();
   if (spanned > 1e-6 || normal > 1e-6) return false;
   const Matrix6 L = cholesky.matrixL();
-  form.V.leftCols(6) = cholesky.matrixL().solve(R.transpose()).transpose();
+  form.V.leftCols(6) = cholesky.matrixL().solve(R_s.transpose()).transpose();
   form.E = Matrix::Zero(form.omega.size(), 6);
-  form.E.topRows(6) = L.transpose();
+  form.E.topRows(6) = L.transpose() * S.inverse();
   return true;
 }
 
 // E from V_r E_r = R, V_r the rigid columns of V: for a component of several parts, which has more than six. False when they do not
 // span R.
-bool rigid_modes_span(const Matrix& R, DiagonalForm& form) {
+bool rigid_modes_span(const Matrix& R, const RigidBody& body, DiagonalForm& form) {
+  const Vector S = rigid_scales(body);
   const Matrix V_r = form.V.leftCols(form.n_rigid);
-  const Matrix E_r = Eigen::ColPivHouseholderQR<Matrix>(V_r).solve(R);
-  if ((V_r * E_r - R).norm() > 1e-8 * R.norm()) return false;
+  const Matrix R_s = R * S.asDiagonal(), E_r = Eigen::ColPivHouseholderQR<Matrix>(V_r).solve(R_s);
+  if ((V_r * E_r - R_s).norm() > 1e-8 * R_s.norm()) return false;
   form.E = Matrix::Zero(form.omega.size(), 6);
-  form.E.topRows(form.n_rigid) = E_r;
+  form.E.topRows(form.n_rigid) = E_r * S.cwiseInverse().asDiagonal();
   return true;
 }
 
 }  // namespace
+
+Vector rigid_scales(const RigidBody& body) {
+  const double size = std::sqrt(body.inertia.trace()) / std::sqrt(body.mass);
+  Vector scales = Vector::Ones(6);
+  scales.tail(3).setConstant(size > 0 && std::isfinite(size) ? 1 / size : 1);
+  return scales;
+}
 
 SparseMatrix free_interface_basis(const Superelement& s, const std::vector<HeldDirection>& held) {
   const IndexTable rows = displacement_rows(s);
@@ -101,12 +112,19 @@ void take_frequencies(const Vector& lambda, Index n_rigid, DiagonalForm& form) {
 }
 
 bool use_exact_rigid_modes(const Matrix& R, const RigidBody& body, DiagonalForm& form) {
-  return replace_rigid_modes(R, body, form) || (form.n_rigid > 6 && rigid_modes_span(R, form));
+  return replace_rigid_modes(R, body, form) || (form.n_rigid > 6 && rigid_modes_span(R, body, form));
+}
+
+void refuse_rigid_modes(const std::string& where) {
+  throw InputError(
+      where +
+      ": /nodes/coordinates, /rigid_body and the rigid modes of /diagonal or the matrices do not agree: the reduction was "
+      "too ill-conditioned (heed the warnings of cbr-reduce), or the file was changed (cbr-reduce --force makes it anew)");
 }
 
 Matrix free_rigid_motions(const Matrix& R, const RigidBody& body, const IndexTable& rows, const std::vector<HeldDirection>& held) {
   Matrix C(static_cast<Index>(held.size()), 6);  // C x = held displacements of the rigid motion R x
-  const double size = std::sqrt(std::max(body.inertia.trace() / std::max(body.mass, 1e-300), 1e-300));
+  const double size = 1 / rigid_scales(body)(5);
   for (Index i = 0; i < C.rows(); ++i) {
     C.row(i).setZero();
     for (int c = 0; c < 3; ++c) {
@@ -151,18 +169,16 @@ DiagonalForm free_diagonal_form(Superelement& s, const std::string& where) {
     s.omega.resize(0), s.V.resize(0, 0);
   } else {
     const Matrix K = reduced_stiffness(s);
-    const bool free = (K * R).norm() <= 1e-8 * K.norm() * R.norm();
-    const bool known = free && Eigen::ColPivHouseholderQR<Matrix>(R).rank() == 6;
+    const Matrix R_s = R * rigid_scales(s.rigid_body).asDiagonal();
+    const bool free = (K * R_s).norm() <= 1e-8 * K.norm() * R_s.norm();
+    const bool known = free && Eigen::ColPivHouseholderQR<Matrix>(R_s).rank() == 6;
     Eigenpairs pairs = dense_eigenpairs_beside(K, reduced_mass(s), known ? R : Matrix(s.n(), 0));
     require_converged(pairs, s.n(), where);
     take_frequencies(pairs.lambda, free ? 6 : 0, form);
     form.V = std::move(pairs.Phi);
   }
   if (use_exact_rigid_modes(R, s.rigid_body, form)) return form;
-  if (s.M_cc.rows() != s.c())
-    throw InputError(where +
-                     ": /nodes/coordinates, /rigid_body and the rigid modes of /diagonal do not agree: the reduction was too "
-                     "ill-conditioned (heed the warnings of cbr-reduce), or the file was changed (cbr-reduce --force makes it anew)");
+  if (form.n_rigid >= 6 || s.M_cc.rows() != s.c()) refuse_rigid_modes(where);
   // E = V^T M^ R   (n x 6)
   form.E.noalias() = form.V.transpose() * mass_times_rigid(s, R);
   return form;

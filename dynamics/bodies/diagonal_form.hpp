@@ -34,17 +34,23 @@ Matrix3 complete_basis(const std::vector<Vector3>& directions);
 
 // Of a free superelement: the stored form when there is one (taken out of `superelement`), else LAPACK on the reduced matrices.
 // The rigid modes are replaced by exact rigid motions, so that impulses change the momentum by exactly their sum.
-// RunError when the eigenvalue problem fails (reduced mass not positive definite), named by `where`.
+// RunError when the eigenvalue problem fails (reduced mass not positive definite), InputError when rigid modes, nodes and mass of a
+// free body do not agree, named by `where`.
 DiagonalForm free_diagonal_form(Superelement& superelement, const std::string& where);
 
 // Of a superelement with held directions. Needs the matrices.
 DiagonalForm held_diagonal_form(const Superelement& superelement, const std::vector<HeldDirection>& held, const std::string& where);
+
+// Of the columns of rigid motions, so that they are of one size: 1 for translations, 1 / radius of inertia for rotations   (6)
+Vector rigid_scales(const RigidBody& body);
 
 // What the forms of all kinds of systems are finished with. lambda: all eigenvalues, ascending; the first n_rigid become 0 exactly.
 void take_frequencies(const Vector& lambda, Index n_rigid, DiagonalForm& form);
 // The rigid modes of a free system become R L^-T, L L^T = R^T M R (R: its rigid motions about the centre of mass, rows of V), and E
 // what follows from them. False, and `form` as it was, when they do not span the same motions.
 bool use_exact_rigid_modes(const Matrix& R, const RigidBody& body, DiagonalForm& form);
+// InputError: a free body's rigid modes, or its matrices, do not fit its mass and its nodes.
+[[noreturn]] void refuse_rigid_modes(const std::string& where);
 // Z (c x (c - held)): orthonormal basis of the interface displacements that held directions leave free.
 SparseMatrix free_interface_basis(const Superelement& superelement, const std::vector<HeldDirection>& held);
 // The independent rigid motions that move no held direction, as combinations of R's columns (6 x r); rows(node, component): of R,

@@ -154,7 +154,10 @@ class ModelOfMatrices final : public ScaledModel {
     mass.diagonal().head(3).setConstant(body.mass);
     mass.bottomRightCorner(3, 3) = body.inertia;
     const Eigen::LLT<Matrix> whole(mass);
-    if (whole.info() != Eigen::Success || (mass - own).norm() > 1e-6 * own.norm()) mass = own;
+    const auto differ = [&](auto block) { return (block(mass) - block(own)).norm() > 1e-6 * block(own).norm(); };
+    if (whole.info() != Eigen::Success || differ([](const Matrix& A) { return Matrix(A.topLeftCorner(3, 3)); }) ||
+        differ([](const Matrix& A) { return Matrix(A.bottomRightCorner(3, 3)); }))
+      refuse_rigid_modes(where_);
     const Eigen::LLT<Matrix> cholesky(mass);
     modes.V.leftCols(6) = cholesky.matrixL().solve(R.transpose()).transpose();
     modes.E.setZero();

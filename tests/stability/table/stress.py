@@ -24,6 +24,7 @@ import rows_elements  # noqa: F401
 import rows_input  # noqa: F401
 import rows_reduction  # noqa: F401
 import rows_steps  # noqa: F401
+import rows_thin  # noqa: F401
 
 CHAPTERS = ["Elements and meshes", "Reduction", "Conditioning", "Time steps", "Contact", "Other bases, and domains", "Units and magnitudes", "Bad input"]
 MARKS = "<!-- rows: written by `make stress` -->", "<!-- end of rows -->"

@@ -7,6 +7,7 @@
 #include <Eigen/LU>
 #include <Eigen/QR>
 #include <random>
+#include <set>
 
 #include "common/connected_parts.hpp"
 #include "common/error.hpp"
@@ -162,6 +163,35 @@ TEST(Conditioning, AMechanismAmongTheKeptNodesIsNamed) {
   EXPECT_GE(report.n_warnings(), 1);
 }
 
+TEST(Conditioning, OfTheCharacteristicBasisIsItsOwn) {
+  ReductionOptions options;
+  options.interface_sets = {"all"};
+  options.modes = 0;
+  options.basis = "characteristic";
+  options.characteristic.modes = 12;
+  for (const bool is_hinged : {true, false}) {
+    Mesh mesh = is_hinged ? hinged() : box_mesh({{2, 2, 2}, {2, 2, 2}, {0, 0, 0}, 0});
+    if (!is_hinged) mesh.nodesets.push_back({"all", 9, number_nodes(mesh).nodes});
+    ReductionFigures figures;
+    Report report("test", Verbosity::quiet);
+    testing::internal::CaptureStderr();
+    const Superelement s = reduce(mesh, properties(mesh, paper_steel()), MassKind::lumped, options, {}, report, &figures);
+    const std::string text = testing::internal::GetCapturedStderr();
+    const Conditioning& c = figures.condition;
+    EXPECT_EQ(c.n_rigid, 6);
+    EXPECT_EQ(c.n_zero, is_hinged ? 7 : 6);
+    EXPECT_EQ(c.loose_node.find("of block '") != std::string::npos, is_hinged) << c.loose_node;
+    EXPECT_EQ(text.find("beside its 6 rigid ones: a mechanism") != std::string::npos, is_hinged) << text;
+    EXPECT_EQ(c.largest_omega * c.largest_omega, s.eigenvalues.maxCoeff());
+    EXPECT_GE(c.mass.scaled, 1);
+    // Rigid motions are in the shapes to the last digit: V_r X = R, X^-T X^-1 their inertia
+    const Matrix R = reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c()), V_r = s.characteristic.V.leftCols(c.n_zero);
+    const Matrix X = Eigen::ColPivHouseholderQR<Matrix>(V_r).solve(R);
+    EXPECT_LT((V_r * X - R).cwiseAbs().maxCoeff(), 1e-14 * R.cwiseAbs().maxCoeff());
+    EXPECT_NEAR((X.transpose() * X)(2, 2), s.rigid_body.mass, 1e-13 * s.rigid_body.mass);
+  }
+}
+
 TEST(Conditioning, AMechanismIsFoundWithoutTheDiagonalForm) {
   ReductionOptions options;
   options.interface_sets = {"all"};
@@ -239,6 +269,56 @@ TEST(UnjoinedParts, NodesOfTwoPartsAtOnePlaceAreTold) {
   EXPECT_EQ(told(both(first, box_mesh({{2, 2, 2}, {2, 2, 2}, {2.5, 0, 0}, 0}))), "");  // apart
   const std::string text = told(both(first, box_mesh({{2, 2, 2}, {2, 2, 2}, {2, 0, 0}, 0})));
   EXPECT_NE(text.find("2 parts that share no node, and 9 pairs of nodes"), std::string::npos) << text;
+}
+
+TEST(UnjoinedParts, RoundedCoordinatesAreOnePlaceByTheElementsThere) {
+  // Edges of 1 in the first, of 1e-3 in the second: a thousandth of the shorter one
+  const Mesh first = box_mesh({{2, 2, 2}, {2, 2, 2}, {0, 0, 0}, 0});
+  const auto pairs = [&](const Mesh& mesh) {
+    const FiniteElementModel model = number_nodes(mesh);
+    return near_nodes(mesh, model, connected_parts(mesh, model));
+  };
+  for (const double apart : {0.0, 3e-7, -9e-4, 1.1e-3}) {
+    const Mesh mesh = both(first, box_mesh({{2, 2, 2}, {2, 2, 2}, {2 + apart, 0, 0}, 0}));
+    EXPECT_EQ(pairs(mesh).size(), apart < 1e-3 ? 9u : 0u) << apart;
+    for (const NearNodes& pair : pairs(mesh)) EXPECT_NEAR(pair.apart, std::abs(apart), 1e-15);
+  }
+  for (const double apart : {3e-7, 1.1e-6}) {
+    const Mesh mesh = both(first, box_mesh({{2, 2, 2}, {2e-3, 2e-3, 2e-3}, {2 + apart, 0, 0}, 0}));
+    EXPECT_EQ(pairs(mesh).size(), apart < 1e-6 ? 1u : 0u) << apart;
+  }
+  const Mesh mesh = both(first, box_mesh({{2, 2, 2}, {2, 2, 2}, {2, 3e-7, 0}, 0}));
+  const FiniteElementModel model = number_nodes(mesh);
+  const std::vector<Index> part = connected_parts(mesh, model);
+  EXPECT_NE(unjoined_parts(mesh, model, part).find("only 3e-07 apart"), std::string::npos);
+  EXPECT_NE(several_parts(mesh, model, part).find("2 parts that share no node"), std::string::npos);
+  EXPECT_EQ(several_parts(first, number_nodes(first), connected_parts(first, number_nodes(first))), "");
+}
+
+TEST(UnjoinedParts, PairsAreThoseOfAllPairsLookedAt) {
+  // Two clouds of small boxes, some nearly touching: every pair against every other
+  Mesh mesh = box_mesh({{3, 3, 1}, {3, 3, 0.01}, {0, 0, 0}, 0.2});
+  mesh = both(mesh, box_mesh({{6, 5, 2}, {3, 3, 0.001}, {0, 0, 0.010003}, 0.01}));
+  const FiniteElementModel model = number_nodes(mesh);
+  const std::vector<Index> part = connected_parts(mesh, model);
+  std::vector<double> edge(model.nodes.size(), 1e9);
+  for (const Block& block : mesh.blocks)
+    for (Index e = 0; e < block.connectivity.rows(); ++e) {
+      double shortest = 1e9;
+      for (Index a = 0; a < 8; ++a)
+        for (Index b = 0; b < a; ++b)
+          shortest = std::min(
+              shortest, (mesh.coordinates.row(block.connectivity(e, a)) - mesh.coordinates.row(block.connectivity(e, b))).norm());
+      for (const Index node : block.connectivity.row(e)) edge[model.row[node]] = std::min(edge[model.row[node]], shortest);
+    }
+  std::set<std::pair<Index, Index>> expected, found;
+  for (Index i = 0; i < std::ssize(part); ++i)
+    for (Index j = i + 1; j < std::ssize(part); ++j)
+      if (part[i] != part[j] &&
+          (mesh.coordinates.row(model.nodes[i]) - mesh.coordinates.row(model.nodes[j])).norm() <= 1e-3 * std::min(edge[i], edge[j]))
+        expected.insert({i, j});
+  for (const NearNodes& pair : near_nodes(mesh, model, part)) found.insert({pair.first, pair.second});
+  EXPECT_EQ(found, expected);
 }
 
 }  // namespace

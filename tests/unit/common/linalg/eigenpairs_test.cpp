@@ -150,6 +150,10 @@ TEST(SparseEigenpairs, SlenderPartsDoNotAskForMoreThanRoundOffAllows) {
   ASSERT_TRUE(pairs.converged);
   EXPECT_EQ(pairs.method, "block lanczos");
   EXPECT_LE(pairs.iterations, 3);
+  const Eigenpairs beyond = sparse_eigenpairs_beyond(M, SparseCholesky(K), pairs.Phi.leftCols(k / 2), k / 2);
+  ASSERT_TRUE(beyond.converged);
+  EXPECT_LE(beyond.iterations, 3);
+  EXPECT_LT((beyond.lambda - pairs.lambda.tail(k / 2)).cwiseQuotient(beyond.lambda).cwiseAbs().maxCoeff(), 1e-8);
   EXPECT_LT((pairs.Phi.transpose() * pairs.Phi - Matrix::Identity(k, k)).cwiseAbs().maxCoeff(), 1e-12);
   for (Index j = 0; j < k; ++j) {
     const double root = 2 - 2 * std::cos(std::numbers::pi * static_cast<double>(j + 1) / static_cast<double>(n + 1));
