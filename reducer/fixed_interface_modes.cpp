@@ -23,8 +23,6 @@ constexpr double relative_gap = 1e-7;
 constexpr Index least_candidates = 200, candidates_per_mode = 4;
 // Minutes of dense work and 5 GB, as a last resort.
 constexpr Index largest_dense = 15000;
-// Candidates for pick: participation (docs/decisions/reduction.md).
-constexpr Index least_candidates = 200, candidates_per_mode = 4;
 
 // Whether a count would fit this machine beside the matrices and the factor.
 bool count_fits(const Partition& p, const SparseCholesky& factor) {
@@ -219,21 +217,6 @@ void warn_of_cut_pair(const Vector& lambda, double next, Report& report) {
       "shapes is kept depends on round-off, and so on threads and machine: keep one more, or one fewer",
       static_cast<long long>(k), std::sqrt(next) / (2 * std::numbers::pi), 1 - std::sqrt(std::max(lambda(k - 1), 0.0) / next));
   report.warning(text);
-}
-
-Index n_mode_candidates(const std::string& pick, Index wanted, Index n_interior) {
-  if (pick != "participation" || wanted == 0 || wanted >= n_interior) return wanted;
-  return std::min(n_interior, std::max(candidates_per_mode * wanted, least_candidates));
-}
-
-std::vector<Index> modes_by_participation(const Matrix& M_kc, Index count) {
-  const Vector participation = M_kc.rowwise().squaredNorm();
-  std::vector<Index> order(static_cast<std::size_t>(M_kc.rows()));
-  std::iota(order.begin(), order.end(), Index{0});
-  std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return participation(a) > participation(b); });
-  order.resize(static_cast<std::size_t>(std::min<Index>(count, M_kc.rows())));
-  std::sort(order.begin(), order.end());
-  return order;
 }
 
 }  // namespace cbr

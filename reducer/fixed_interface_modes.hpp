@@ -48,10 +48,4 @@ void check_modes_wanted(const ReductionOptions& options);
 // Where the last mode that is kept and the next (0: not known) have one frequency, which of their shapes is kept is arbitrary.
 void warn_of_cut_pair(const Vector& lambda, double next, Report& report);
 
-// Modes that are computed so that `wanted` can be kept; more than wanted with pick: participation.
-Index n_mode_candidates(const std::string& pick, Index wanted, Index n_interior);
-
-// Indices (ascending) of the `count` rows of M_kc with the largest |alpha_j|^2: the modes that an interface motion drives most.
-std::vector<Index> modes_by_participation(const Matrix& M_kc, Index count);
-
 }  // namespace cbr
