@@ -119,7 +119,8 @@ void refuse_rigid_modes(const std::string& where) {
   throw InputError(
       where +
       ": /nodes/coordinates, /rigid_body and the rigid modes of /diagonal or the matrices do not agree: the reduction was "
-      "too ill-conditioned (heed the warnings of cbr-reduce), or the file was changed (cbr-reduce --force makes it anew)");
+      "too ill-conditioned (heed the warnings of cbr-reduce), or the file was changed (cbr-reduce --force makes it anew), or the "
+      "density of a skin is beyond a double beside the part");
 }
 
 Matrix free_rigid_motions(const Matrix& R, const RigidBody& body, const IndexTable& rows, const std::vector<HeldDirection>& held) {

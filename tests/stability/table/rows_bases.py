@@ -188,5 +188,6 @@ def units(folder):
         one = impact_in(folder, "superelement", part=UNLIKE, modes=16, way=way)
         for unit, factors in (("micrometres", (1e6, 1, 1)), ("gigagrams", (1, 1e-9, 1)), ("nanoseconds", (1, 1, 1e9)), ("mm t s", (1e3, 1e-3, 1))):
             other = impact_in(folder, "superelement", *factors, part=UNLIKE, modes=16, way=way)
-            answers.append((f"{unit}, {name}", *below(np.abs(other - one).max() / np.abs(one).max(), 8e-14)))
+            bound = 1e-12 if "fixed" in name else 8e-14  # fixed modes hang on a symmetric root, and it on eigenvectors
+            answers.append((f"{unit}, {name}", *below(np.abs(other - one).max() / np.abs(one).max(), bound)))
     return answers
