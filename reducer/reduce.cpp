@@ -324,7 +324,7 @@ void condense_and_keep(Reduction& r, Superelement& s) {
   }
   if (!r.options.loads.empty()) add_loads(r, factor, modes, condensed, s);
   take_matrices(r, modes, condensed, s);
-  r.figures.condition.reduced_rigid = r.figures.rigid.force;
+  r.figures.condition.reduced_rigid = r.figures.rigid.force;  // of K_cc before its round-off was projected away
   require_free(r.figures.condition);
   r.figures.condition.reduced_rigid = rigid_residual(s.K_cc, reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c())).value;
   if (!r.options.is_characteristic()) {

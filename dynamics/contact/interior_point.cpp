@@ -104,8 +104,8 @@ class Path {
     Points target(n_, 3);  // lambda \ right-hand side
     for (Index i = 0; i < n_; ++i) target.row(i) = -scaling_[i].lambda.transpose();
     if (!direct(system, target)) return false;
-    const double ahead =
-        (x_ + longest() * dx_).cwiseProduct(z_ + longest() * dz_).sum() / std::max<double>(1.0, static_cast<double>(n_cones_));
+    const double t = longest();
+    const double ahead = (x_ + t * dx_).cwiseProduct(z_ + t * dz_).sum() / std::max<double>(1.0, static_cast<double>(n_cones_));
     double centring = std::max(least_centring, std::pow(std::clamp(tau > 0 ? ahead / tau : 0.0, 0.0, 1.0), 3));
     const bool centre = last_ < short_step;
     if (centre) centring = last_ < short_step / 4 ? 1.0 : 0.5;

@@ -8,6 +8,7 @@
 #include <cstdio>
 
 #include "common/error.hpp"
+#include "tests/support/refusal.hpp"
 #include "tests/support/scene_run.hpp"
 
 namespace cbr {
@@ -179,12 +180,7 @@ TEST(CharacteristicContact, HeldNodesStayWhenTheyAreKept) {
 }
 
 std::string message_of(const Bar& p) {
-  try {
-    run(p);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no InputError";
+  return test::refusal_of([&] { run(p); });
 }
 
 TEST(CharacteristicContact, RefusesWhatItCannotDo) {

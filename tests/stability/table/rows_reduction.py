@@ -128,7 +128,7 @@ def three_nodes(folder):
 
 
 @row(CHAPTER, "A known weakness, not a proof of soundness: interfaces of three nodes, nearly on one line: orthogonality of the diagonal form is lost with the "
-              "condition of the reduced mass, which is told where it is above 1e12; a fourth node off the line (or, above, a wide interface) does better")
+              "condition of the reduced mass, which is told above 1e12, and refused where the interior no longer follows; a fourth node off the line does better")
 def nearly_on_line(folder):
     answers = []
     for off, bound, nodes in ((1e-2, 1e-9, [0, 1, 3]), (1e-4, 1e-5, [0, 1, 3]), (1e-6, 0.09, [0, 1, 3]), (1e-6, 5e-13, [0, 1, 3, 5])):

@@ -9,6 +9,7 @@
 #include "common/error.hpp"
 #include "common/linalg/eigenpairs.hpp"
 #include "reducer/reduce.hpp"
+#include "tests/support/refusal.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 
 namespace cbr::test {
@@ -169,12 +170,7 @@ TEST(Characteristic, RecoveryMovesTheInteriorAlong) {
 }
 
 std::string message_of(const Mesh& mesh, const ReductionOptions& options) {
-  try {
-    reduced(mesh, options);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no InputError";
+  return refusal_of([&] { reduced(mesh, options); });
 }
 
 TEST(Characteristic, RefusesByName) {

@@ -163,6 +163,13 @@ TEST(Conditioning, AMechanismAmongTheKeptNodesIsNamed) {
   EXPECT_GE(report.n_warnings(), 1);
 }
 
+// 2 x 2 x 2 hexes; nodeset "all" has all nodes.
+Mesh all_of_a_box() {
+  Mesh mesh = box_mesh({{2, 2, 2}, {2, 2, 2}, {0, 0, 0}, 0});
+  mesh.nodesets.push_back({"all", 9, number_nodes(mesh).nodes});
+  return mesh;
+}
+
 TEST(Conditioning, OfTheCharacteristicBasisIsItsOwn) {
   ReductionOptions options;
   options.interface_sets = {"all"};
@@ -170,8 +177,7 @@ TEST(Conditioning, OfTheCharacteristicBasisIsItsOwn) {
   options.basis = "characteristic";
   options.characteristic.modes = 12;
   for (const bool is_hinged : {true, false}) {
-    Mesh mesh = is_hinged ? hinged() : box_mesh({{2, 2, 2}, {2, 2, 2}, {0, 0, 0}, 0});
-    if (!is_hinged) mesh.nodesets.push_back({"all", 9, number_nodes(mesh).nodes});
+    const Mesh mesh = is_hinged ? hinged() : all_of_a_box();
     ReductionFigures figures;
     Report report("test", Verbosity::quiet);
     testing::internal::CaptureStderr();
@@ -199,8 +205,7 @@ TEST(Conditioning, AMechanismIsFoundWithoutTheDiagonalForm) {
   ReduceSettings settings;
   settings.diagonal_limit = 0;
   for (const bool is_hinged : {true, false}) {
-    Mesh mesh = is_hinged ? hinged() : box_mesh({{2, 2, 2}, {2, 2, 2}, {0, 0, 0}, 0});
-    if (!is_hinged) mesh.nodesets.push_back({"all", 9, number_nodes(mesh).nodes});
+    const Mesh mesh = is_hinged ? hinged() : all_of_a_box();
     ReductionFigures figures;
     Report report("test", Verbosity::quiet);
     testing::internal::CaptureStderr();

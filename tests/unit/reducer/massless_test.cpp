@@ -6,9 +6,9 @@
 #include <Eigen/Dense>
 #include <cmath>
 
-#include "common/error.hpp"
 #include "common/linalg/eigenpairs.hpp"
 #include "reducer/reduce.hpp"
+#include "tests/support/refusal.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 
 namespace cbr::test {
@@ -188,12 +188,7 @@ TEST(Massless, TwoPartsHaveTwelveRigidMotions) {
 }
 
 std::string message_of(const Mesh& mesh, const ReductionOptions& options) {
-  try {
-    reduced(mesh, options);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no InputError";
+  return refusal_of([&] { reduced(mesh, options); });
 }
 
 TEST(Massless, RefusesWhatLeavesNothing) {

@@ -11,9 +11,9 @@
 #include <fstream>
 #include <iterator>
 
-#include "common/error.hpp"
 #include "common/linalg/eigenpairs.hpp"
 #include "reducer/partition.hpp"
+#include "tests/support/refusal.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 
 namespace cbr::test {
@@ -46,12 +46,7 @@ Vector reduced_eigenvalues(const Superelement& s) { return dense_eigenpairs(redu
 double relative(const Matrix& A, const Matrix& B) { return (A - B).cwiseAbs().maxCoeff() / B.cwiseAbs().maxCoeff(); }
 
 std::string message_of(const Mesh& mesh, const ReductionOptions& options) {
-  try {
-    reduced(mesh, options);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no InputError";
+  return refusal_of([&] { reduced(mesh, options); });
 }
 
 class BothMasses : public testing::TestWithParam<MassKind> {};
