@@ -68,6 +68,10 @@ struct Node {
   double lift = 0;                         // an adjusted gap
 };
 
+// How far beyond its box the nodes may be that count as over a face, as a share of the box: the corners moved off a triangle's centre
+// of area by 3, of a quad's by 2 edge tolerances; what is twisted by its square.
+double overhang(const DetectionOptions& options) { return 2 * options.edge_tolerance * (1 + options.edge_tolerance); }
+
 Box swept(const Vector3& start, const Vector3& end) { return {start.cwiseMin(end), start.cwiseMax(end)}; }
 
 void fill_boxes(const Step& step, PairMemory& memory) {
@@ -87,8 +91,10 @@ void fill_boxes(const Step& step, PairMemory& memory) {
           swept(step.master_body.start.row(node).transpose() + step.drift, step.master_body.end.row(node).transpose());
       box.lower = box.lower.cwiseMin(corner.lower), box.upper = box.upper.cwiseMax(corner.upper);
     }
-    const double margin = std::max(step.reach, memory.depth) + 2 * step.options.edge_tolerance * step.master.sizes[f];
-    memory.face_boxes[f] = {box.lower.array() - margin, box.upper.array() + margin};
+    // A node off the edge of a long face, or beyond a sharp corner, by a share of the face may be far from it beside its size
+    const double depth = std::max(memory.depth, step.options.late_depth * step.master.sizes[f]);
+    const Vector3 margin = Vector3::Constant(std::max(step.reach, depth)) + overhang(step.options) * (box.upper - box.lower);
+    memory.face_boxes[f] = {box.lower - margin, box.upper + margin};
   }
 }
 
@@ -253,12 +259,12 @@ void detect_node(const Step& step, Index slot, PairMemory& memory, std::vector<H
 }
 
 // Whether nothing of the two bodies can be within reach of each other; costs nothing that grows with them.
-bool are_apart(const ContactBody& slave, const ContactBody& master, double size, double largest_size, bool initial,
+bool are_apart(const ContactBody& slave, const ContactBody& master, const ContactSurface& faces, bool initial,
                const DetectionOptions& options, const PairMemory& memory) {
   if (!std::isfinite(slave.longest_way) || !std::isfinite(master.longest_way)) return false;
   // The drift of the master is one of its nodes' ways at most
-  const double reach = contact_reach(size, slave.longest_way + 3 * master.longest_way, initial, memory);
-  const double margin = std::max(reach, memory.depth) + 2 * options.edge_tolerance * largest_size;
+  const double reach = contact_reach(faces.size, slave.longest_way + 3 * master.longest_way, initial, memory);
+  const double margin = std::max(reach, memory.depth) + overhang(options) * (faces.longest + master.longest_way);
   const Box grown{master.swept.lower.array() - margin, master.swept.upper.array() + margin};
   return !slave.swept.meets(grown);
 }
@@ -287,8 +293,7 @@ void detect(const ContactSurface& slave, const ContactBody& slave_body, const Co
             const ContactBody& master_body, bool initial, const DetectionOptions& options, PairMemory& memory, ContactList& list) {
   const Index n = static_cast<Index>(slave.nodes.size());
   start_memory(n, memory);
-  if (memory.largest_size == 0) memory.largest_size = master.sizes.maxCoeff();
-  if (are_apart(slave_body, master_body, master.size, memory.largest_size, initial, options, memory)) {
+  if (are_apart(slave_body, master_body, master, initial, options, memory)) {
     forget(memory);
     return;
   }

@@ -35,7 +35,6 @@ struct PairMemory {
   std::vector<Box> node_boxes, face_boxes;
   BroadPhase grid;
   bool has_points = false;        // in the last step
-  double largest_size = 0;        // of the master's faces
   double adjust = 0;              // given before the first step: initial gaps and overlaps up to this length count as closed
   double initial_overlap = 0;     // largest depth found by the initial detection
   double initial_gap = HUGE_VAL;  // smallest gap from 0 that it found within reach

@@ -244,7 +244,8 @@ MotionBound PairSchedule::bound_at(Index c, Index step) const {
 
 double PairSchedule::steps_apart(Index p, Index step) const {
   const ContactPair& pair = sim_.pairs[p];
-  const double margin = 0.1 * pair.master->size + pair.adjust.value_or(0);  // adjusted gaps are closed at a distance
+  // Nodes off an edge may count as over a face; adjusted gaps are closed at a distance
+  const double margin = 0.11 * pair.master->longest + pair.adjust.value_or(0);
   const MotionBound slave = bound_at(pair.slave->body, step);
   const double apart =
       pair.wall ? pair.wall->time_apart(slave, margin) : time_apart(slave, bound_at(pair.master->body, step), margin);

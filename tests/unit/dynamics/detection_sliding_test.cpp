@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <random>
 
 #include "tests/unit/dynamics/patch.hpp"
@@ -121,6 +122,32 @@ TEST(Detection, SlidingOffTheRimEndsTheContact) {
     EXPECT_LT(x, 3.06);
   }
   EXPECT_LT(node.body.start.col(2).maxCoeff(), -0.01);
+}
+
+// Within the edge tolerance of a long face, or beyond its sharp corner, a node may be far from it beside the face's size: whether it
+// is still held is no matter of the axes.
+TEST(Detection, LongFacesHoldWhatIsOffTheirEdgesInAllDirections) {
+  Patch sharp = patch(1, 0, true), strip = sharp;
+  sharp.body.start.resize(3, 3);
+  sharp.body.start << 0, 0, 0, 20, -1, 0, 20, 1, 0;
+  sharp.surface.faces << 0, 1, 2, 2;
+  sharp.surface.nodes = {0, 1, 2};
+  strip.body.start.col(0) *= 40;
+  for (Patch* face : {&sharp, &strip}) {
+    fill_sizes(face->surface, face->body.start);
+    const Points flat = face->body.start;
+    for (int i = 0; i < 12; ++i) {
+      const Matrix3 turn = Eigen::AngleAxisd(i * std::numbers::pi / 6, Vector3(1, 2, i - 6).normalized()).toRotationMatrix();
+      face->body.start = face->body.end = flat * turn.transpose();
+      Patch node = patch(1, 0, false, 1e-4);
+      node.body.start.rowwise() = Eigen::RowVector3d(-1.8, face == &sharp ? 0 : 0.5, 0) * turn.transpose();
+      node.body.end = node.body.start;
+      PairMemory memory;
+      start_memory(4, memory);
+      memory.face.assign(4, 0), memory.known_face.assign(4, 0), memory.has_points = true;
+      EXPECT_EQ(run(node, *face, memory).points.size(), 4u) << i;
+    }
+  }
 }
 
 }  // namespace
