@@ -37,13 +37,13 @@ double facing_area(const ContactSurface& surface, Index slot, const Vector3& nor
 
 void fill_sizes(ContactSurface& surface, const Points& points) {
   surface.sizes.resize(surface.faces.rows());
-  surface.longest = 0;
+  surface.extent.setZero();
   for (Index f = 0; f < surface.faces.rows(); ++f) {
     const FaceCorners x = corners(surface, f, points);
     // Half the cross product of the diagonals, for a quad and for a triangle with a repeated corner alike
     surface.sizes[f] = std::sqrt(0.5 * (x[2] - x[0]).cross(x[3] - x[1]).norm());
-    for (int a = 0; a < 4; ++a)
-      for (int b = 0; b < a; ++b) surface.longest = std::max(surface.longest, (x[a] - x[b]).norm());
+    for (int a = 1; a < 4; ++a)
+      for (int b = 0; b < a; ++b) surface.extent = surface.extent.cwiseMax((x[a] - x[b]).cwiseAbs());
   }
   surface.size = surface.sizes.size() ? surface.sizes.mean() : 0;
   surface.areas.setZero(static_cast<Index>(surface.nodes.size()));

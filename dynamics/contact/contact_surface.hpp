@@ -42,7 +42,7 @@ struct ContactSurface {
   IndexTable middle;
   Vector sizes;     // f, sqrt of the undeformed area: the face's length scale
   double size = 0;  // their mean
-  double longest = 0;  // the longest distance between two corners of a face, undeformed
+  Vector3 extent = Vector3::Zero();  // of the box around a face, along each of the scene's axes, the largest of all faces, undeformed
   Vector areas;     // of `nodes`: their share of the undeformed area, a face's shared by its corners
   // likewise, outward, scene axes: shorter than `areas` where the surface bends at the node
   Points area_vectors;

@@ -264,8 +264,9 @@ bool are_apart(const ContactBody& slave, const ContactBody& master, const Contac
   if (!std::isfinite(slave.longest_way) || !std::isfinite(master.longest_way)) return false;
   // The drift of the master is one of its nodes' ways at most
   const double reach = contact_reach(faces.size, slave.longest_way + 3 * master.longest_way, initial, memory);
-  const double margin = std::max(reach, memory.depth) + overhang(options) * (faces.longest + master.longest_way);
-  const Box grown{master.swept.lower.array() - margin, master.swept.upper.array() + margin};
+  const double depth = std::max(memory.depth, options.late_depth * faces.extent.norm());
+  const Vector3 margin = Vector3::Constant(std::max(reach, depth)) + overhang(options) * (faces.extent.array() + master.longest_way).matrix();
+  const Box grown{master.swept.lower - margin, master.swept.upper + margin};
   return !slave.swept.meets(grown);
 }
 

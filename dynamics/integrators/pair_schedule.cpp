@@ -24,14 +24,13 @@ double first_root(double gap, double speed, double growth, double acceleration) 
 }
 
 // No contact before this time: on some axis one surface is still wholly on one side of the other.
-double time_apart(const MotionBound& a, const MotionBound& b, double margin) {
+double time_apart(const MotionBound& a, const MotionBound& b, const Vector3& margin) {
   double apart = 0;
   for (int c = 0; c < 3; ++c) {
     const double growth = a.growth[c] + b.growth[c], acceleration = a.acceleration[c] + b.acceleration[c];
-    apart =
-        std::max(apart, first_root(b.lower[c] - a.upper[c] - margin, b.lower_speed[c] - a.upper_speed[c], growth, acceleration));
-    apart =
-        std::max(apart, first_root(a.lower[c] - b.upper[c] - margin, a.lower_speed[c] - b.upper_speed[c], growth, acceleration));
+    const double above = b.lower[c] - a.upper[c] - margin[c], below = a.lower[c] - b.upper[c] - margin[c];
+    apart = std::max(apart, first_root(above, b.lower_speed[c] - a.upper_speed[c], growth, acceleration));
+    apart = std::max(apart, first_root(below, a.lower_speed[c] - b.upper_speed[c], growth, acceleration));
   }
   return apart;
 }
@@ -244,11 +243,11 @@ MotionBound PairSchedule::bound_at(Index c, Index step) const {
 
 double PairSchedule::steps_apart(Index p, Index step) const {
   const ContactPair& pair = sim_.pairs[p];
-  // Nodes off an edge may count as over a face; adjusted gaps are closed at a distance
-  const double margin = 0.11 * pair.master->longest + pair.adjust.value_or(0);
+  const double margin = 0.1 * pair.master->size + pair.adjust.value_or(0);  // adjusted gaps are closed at a distance
   const MotionBound slave = bound_at(pair.slave->body, step);
-  const double apart =
-      pair.wall ? pair.wall->time_apart(slave, margin) : time_apart(slave, bound_at(pair.master->body, step), margin);
+  if (pair.wall) return std::floor(pair.wall->time_apart(slave, margin) / plan().h);
+  const Vector3 beside = 0.11 * pair.master->extent;  // nodes off the edges of faces may be held
+  const double apart = time_apart(slave, bound_at(pair.master->body, step), beside.array() + margin);
   return std::floor(apart / plan().h);
 }
 
