@@ -35,6 +35,14 @@ double facing_area(const ContactSurface& surface, Index slot, const Vector3& nor
   return facing_area(surface.areas[slot], surface.area_vectors.row(slot), normal);
 }
 
+double bend(const ContactSurface& surface) {
+  if (surface.area_vectors.rows() == 0) return 0;
+  Vector of_nodes = Vector::Ones(surface.areas.size()) - surface.area_vectors.rowwise().norm().cwiseQuotient(surface.areas);
+  const auto middle = of_nodes.begin() + of_nodes.size() / 2;
+  std::nth_element(of_nodes.begin(), middle, of_nodes.end());
+  return std::max(0.0, *middle);
+}
+
 void fill_sizes(ContactSurface& surface, const Points& points) {
   surface.sizes.resize(surface.faces.rows());
   surface.extent.setZero();

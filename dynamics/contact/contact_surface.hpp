@@ -62,6 +62,10 @@ inline bool is_quadratic(const ContactSurface& surface, Index face) {
 double facing_area(double area, const Vector3& area_vector, const Vector3& normal);
 double facing_area(const ContactSurface& surface, Index slot, const Vector3& normal);  // without area_vectors: all of it
 
+// How much the surface bends from face to face: 1 - |area vector| / area at its nodes, their median; 0: flat, beta^2 / 8 for faces
+// that meet at an angle of beta. Without area_vectors: 0.
+double bend(const ContactSurface& surface);
+
 FaceCorners corners(const ContactSurface& surface, Index face, const Points& points);
 
 }  // namespace cbr

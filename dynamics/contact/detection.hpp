@@ -32,6 +32,7 @@ struct PairMemory {
   Vector offset;
   Points impulse;       // of the last step, scene axes: where the solver starts from
   Points elastic_slip;  // penalty with friction: tangential stretch of the springs, scene axes
+  std::vector<Index> near;  // mortar: slave and master face of each pair of faces that the last search found, ascending
   std::vector<Box> node_boxes, face_boxes;
   BroadPhase grid;
   bool has_points = false;        // in the last step

@@ -152,7 +152,7 @@ void add_point(const MortarStep& step, const std::vector<FacePair>& pairs, const
     const double D = pair.segment.D.row(corner->j).sum();
     slave_sums.add(step.slave, pair.slave_face, pair.segment.D.row(corner->j));
     master_sums.add(step.master, pair.master_face, pair.segment.M.row(corner->j));
-    area_vector += D * pair.normal;
+    area_vector += D / pair.normal.dot(pair.master_normal) * pair.master_normal;
     point.area += D;
     if (D > largest) largest = D, point.face = pair.master_face;
   }

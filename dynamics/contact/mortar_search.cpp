@@ -104,11 +104,38 @@ std::array<double, 2> gap_range(const Vector3& normal, const FaceCorners& slave,
   return {least - upper, most - lower};
 }
 
+bool share_a_node(const IndexTable& faces, Index f, Index g) {
+  for (int a = 0; a < 4; ++a)
+    for (int b = 0; b < 4; ++b)
+      if (faces(f, a) == faces(g, b)) return true;
+  return false;
+}
+
+// Whether the last search saw the faces, or the slave face and a neighbour of the master face that looks the same way: they have come
+// together from the front, however deep they are now. A coarse face beside one that bends away is deep in parts long before the mean
+// over a node's faces closes; left out until then, it would be pushed out in one step.
+bool were_near(const MortarStep& step, const PairMemory& memory, Index slave_face, Index master_face, const Vector3& master_normal) {
+  const auto n = static_cast<Index>(memory.near.size() / 2);
+  Index first = 0, last = n;
+  while (first < last) {
+    const Index middle = (first + last) / 2;
+    (memory.near[2 * middle] < slave_face ? first : last) = memory.near[2 * middle] < slave_face ? middle + 1 : middle;
+  }
+  for (Index i = first; i < n && memory.near[2 * i] == slave_face; ++i) {
+    const Index other = memory.near[2 * i + 1];
+    if (other == master_face) return true;
+    if (share_a_node(step.master.faces, master_face, other) &&
+        mean_normal(corners(step.master, other, step.master_body.start)).dot(master_normal) >= same_side)
+      return true;
+  }
+  return false;
+}
+
 // How deep a master face may be in the slave face at the start of the step: deeper, it is that of the other side of a thin body.
 double allowed_depth(const MortarStep& step, const PairMemory& memory, const SlaveFace& s, Index master_face,
                      const Vector3& master_normal) {
   const double size = std::max(step.master.sizes[master_face], step.slave.sizes[s.face]);
-  if (step.initial) return size;
+  if (step.initial || were_near(step, memory, s.face, master_face, master_normal)) return size;
   for (int a = 0; a < 4; ++a) {
     const Index touched = memory.face[slot_of(step.slave, s.face, a)];
     if (touched < 0) continue;
@@ -127,7 +154,7 @@ bool meets(const MortarStep& step, const PairMemory& memory, const SlaveFace& s,
   if (gap_range(normal, s.end, end)[0] > step.far) return false;
   if (gap_range(normal, s.start, start)[1] < -std::max(step.master.sizes[face], step.slave.sizes[s.face])) return false;
   const bool triangle = is_triangle(step.master, face);
-  pair.slave_face = s.face, pair.master_face = face, pair.normal = normal;
+  pair.slave_face = s.face, pair.master_face = face, pair.normal = normal, pair.master_normal = master_normal;
   FlatFace flat = flatten(seen, triangle, s.frame, s.origin, false);
   flat.quadratic = is_quadratic(step.master, face);
   pair.segment = integrate(s.flat, flat);
@@ -167,13 +194,6 @@ double common_area(const MortarStep& step, const SlaveFace& s, Index face, Index
         if (both.n >= 3) sum += area(clip(both, s.flat.pieces[k].outline));
       }
   return sum;
-}
-
-bool share_a_node(const IndexTable& faces, Index f, Index g) {
-  for (int a = 0; a < 4; ++a)
-    for (int b = 0; b < 4; ++b)
-      if (faces(f, a) == faces(g, b)) return true;
-  return false;
 }
 
 // Of master faces that lie over each other only the one counts that the slave face meets first. pairs[first] .. are those of `s`.
@@ -240,6 +260,7 @@ std::vector<FacePair> find_face_pairs(const MortarStep& step, PairMemory& memory
   const CandidateList& list = memory.grid.candidates;
   const std::vector<char> in_reach = nodes_in_reach(step, list);
   std::vector<FacePair> pairs;
+  std::vector<Index> near;
   FacePair pair;
   for (Index f = 0; f < step.slave.faces.rows(); ++f) {
     if (list.first[f] == list.first[f + 1] || !(step.slave.sizes[f] > 0)) continue;
@@ -251,7 +272,9 @@ std::vector<FacePair> find_face_pairs(const MortarStep& step, PairMemory& memory
     for (Index k = list.first[f]; k < list.first[f + 1]; ++k)
       if (meets(step, memory, s, list.target[k], pair)) pairs.push_back(pair);
     keep_first_layer(step, s, first, pairs);
+    for (std::size_t i = first; i < pairs.size(); ++i) near.insert(near.end(), {f, pairs[i].master_face});
   }
+  memory.near = std::move(near);
   return pairs;
 }
 

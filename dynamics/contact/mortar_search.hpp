@@ -26,7 +26,7 @@ MortarStep mortar_step(const ContactSurface& slave, const ContactBody& slave_bod
 
 struct FacePair {
   Index slave_face = 0, master_face = 0;
-  Vector3 normal;                     // of the slave face, outward, as it is looked at
+  Vector3 normal, master_normal;      // of the slave and the master face, outward, as they are looked at
   double start_gap = 0, end_gap = 0;  // mean, along the normal
   bool on_the_way = false;            // what they share is that of where one went through the other
   Segment segment;

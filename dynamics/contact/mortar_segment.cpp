@@ -133,6 +133,7 @@ double convergence(const FacePiece& piece, const Batch& x, const Batch& y) {
 // the product of shape functions along it: 3, with those of second order 5. 0: the six points of degree 4 are as good.
 int line_points(double rate, int degree) {
   if (degree == 3 && rate > 1e4) return 0;
+  if (!(rate > 1)) return max_line;
   return std::clamp(static_cast<int>(std::ceil(0.5 * (degree + 10 * std::numbers::ln10 / std::log(rate)))), 3, max_line);
 }
 

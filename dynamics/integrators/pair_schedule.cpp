@@ -243,7 +243,8 @@ MotionBound PairSchedule::bound_at(Index c, Index step) const {
 
 double PairSchedule::steps_apart(Index p, Index step) const {
   const ContactPair& pair = sim_.pairs[p];
-  const double margin = 0.1 * pair.master->size + pair.adjust.value_or(0);  // adjusted gaps are closed at a distance
+  // Nodes may be caught late, and adjusted gaps are closed at a distance
+  const double margin = 0.05 * pair.master->size + pair.adjust.value_or(0);
   const MotionBound slave = bound_at(pair.slave->body, step);
   if (pair.wall) return std::floor(pair.wall->time_apart(slave, margin) / plan().h);
   const Vector3 beside = 0.11 * pair.master->extent;  // nodes off the edges of faces may be held

@@ -182,7 +182,7 @@ void energy_warning(const BuiltScene& built, const RunResult& result, Report& re
   std::ostringstream warning;
   warning.precision(3);
   warning << "contact brought energy: up to " << brought << " of " << scale
-          << ": a smaller step brings less; where it does not, nodes were pushed out of faces that they were deep in: look at the "
+          << ": try a smaller step; where it does not bring less, nodes were pushed out of faces that they were deep in: look at the "
              "surfaces";
   report.warning(warning.str());
 }

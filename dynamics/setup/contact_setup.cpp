@@ -258,6 +258,15 @@ class SharedByPairs {
   std::unordered_map<const WallOptions*, std::shared_ptr<const RigidWall>> walls_;
 };
 
+// Whose nodes are looked at: those of the finer surface; of equal ones the first. Mortar pushes along the master's normals: of a
+// coarse ball's faces they would send it sideways off a plate, so that the flatter surface is the master where one clearly is.
+bool first_is_slave(const ContactSurface& first, const ContactSurface& second, bool by_bend) {
+  constexpr double flat = 1e-3;  // 5 degrees from face to face
+  const double a = bend(first), b = bend(second);
+  if (by_bend && std::max(a, b) > flat && std::max(a, b) > 2 * std::min(a, b)) return a > b;
+  return !(second.size < first.size * (1 - 1e-6));
+}
+
 ContactPair pair_of(const Entry& entry, const ContactNumbers& contact_of_instance, SharedByPairs& shared, Sides& sides) {
   const ContactOptions& options = *entry.options;
   ContactPair pair;
@@ -279,7 +288,7 @@ ContactPair pair_of(const Entry& entry, const ContactNumbers& contact_of_instanc
   }
   const auto second = sides.surface(entry.second, whole, contact_of_instance);
   pair.name = first->name + " - " + second->name;
-  pair.slave_is_first = !(second->size < first->size * (1 - 1e-6));
+  pair.slave_is_first = first_is_slave(*first, *second, whole);
   pair.slave = pair.slave_is_first ? first : second;
   pair.master = pair.slave_is_first ? second : first;
   return pair;

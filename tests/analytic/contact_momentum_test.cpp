@@ -5,6 +5,9 @@
 // order in the speed of the impact. Work of contact: booked to rounding, never positive for hard contact.
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+
+#include <algorithm>
 #include <cstdio>
 
 #include "tests/support/contact_scene.hpp"
@@ -90,6 +93,42 @@ TEST(ContactMomentum, AngularMomentumDriftsWithTheStrains) {
     }
     EXPECT_NEAR(test::observed_order(speeds, drifts), 1, 0.05) << way.name;
     EXPECT_LT(drifts.back(), 1e-10) << way.name;
+  }
+}
+
+// A body of few faces, which bends by 30 to 50 degrees from one to the next, falls on a plate: neither does contact add energy, as
+// pushes along other directions than that in which gaps close do, and faces that join when they are deep; nor is it sent sideways.
+TEST(ContactMomentum, CoarseRoundBodiesBounceAsFromAPlate) {
+  const auto rounded = [](const Vector3& x) {
+    const Vector3 y = 2 * x - Vector3::Ones();
+    return Vector3(0.5 * y * (0.4 + 0.6 * y.lpNorm<Eigen::Infinity>() / std::max(1e-9, y.norm())));
+  };
+  for (const Index n : {2, 3, 4}) {
+    for (const Index n_plate : {3, 9}) {
+      for (const bool plate_first : {false, true}) {
+        ContactScene scene;
+        BodyPart ball, plate;
+        ball.name = "ball", ball.mesh = test::block_mesh({{n, n, n}, Vector3::Ones(), rounded});
+        Sideset all{"surface", 99, {}};
+        for (const Sideset& face : ball.mesh.sidesets) all.sides.insert(all.sides.end(), face.sides.begin(), face.sides.end());
+        ball.mesh.sidesets.push_back(all);
+        plate.name = "plate", plate.mesh = test::block_mesh({{1, n_plate, n_plate}, Vector3(0.6, 1.6, 1.6)});
+        ball.rotation = Eigen::AngleAxisd(0.4, Vector3(0.3, -0.8, 0.5).normalized()).toRotationMatrix();
+        ball.position = Vector3(-0.56, 0.83, 0.77), ball.velocity = Vector3(0.5, 0, 0);
+        scene.bodies = {ball, plate};
+        const std::string faces = "ball.surface, plate.x_min";
+        scene.pairs = {std::string("{between: [") + (plate_first ? "plate.x_min, ball.surface" : faces) + "], formulation: mortar}"};
+        scene.step = 0.004, scene.every = 0.05, scene.end = 1.5;
+        const RunResult result = run(scene).result;
+        const Vector3 before = at(result.bodies[0].momentum, 0), after = at(result.bodies[0].momentum, result.time.size() - 1);
+        EXPECT_LT(after[0], 0.2 * before[0]) << n << " " << n_plate;  // it has hit
+        const double most = *std::max_element(result.total.begin(), result.total.end()) / result.total[0] - 1;
+        EXPECT_LT(most, 0.01) << n << " " << n_plate << " " << plate_first;
+        EXPECT_LT(after.tail<2>().norm(), 0.05 * before.norm()) << n << " " << n_plate << " " << plate_first;
+        std::printf("%d %d: energy gained %.1e, sideways %.1e of the momentum\n", static_cast<int>(n), static_cast<int>(n_plate), most,
+                    after.tail<2>().norm() / before.norm());
+      }
+    }
   }
 }
 
