@@ -77,21 +77,27 @@ std::vector<Index> rows(const Taken& taken, char value) {
 
 class Picker {
  public:
-  Picker(const Partition& p, const SparseCholesky& factor, const InterfaceMotions& motions, double tolerance)
-      : factor_(factor), motions_(motions), tolerance_(tolerance), p_(p) {}
+  Picker(const Partition& p, const SparseCholesky& factor, const Matrix& M_cc, const InterfaceMotions& motions, double tolerance)
+      : factor_(factor), M_cc_(M_cc), motions_(motions), tolerance_(tolerance), p_(p) {}
 
   void set_free_modes(FreeModes&& free) {
     free_ = std::move(free);
-    answer_ = interior_answer(p_, factor_, free_.U);
+    Y_.resize(p_.n_interior(), motions_.size() + free_.U.cols());
+    Y_ << motions_.Y, inertia_forces(p_, factor_, M_cc_, free_.U);
   }
 
   // From now on these are the candidates.
   void set_candidates(const FixedInterfaceModes& modes) {
+    const Index m = motions_.size(), f = free_.U.cols();
     lambda_ = modes.lambda;
-    rigid_ = lambda_.cwiseSqrt().cwiseInverse().asDiagonal() * Matrix(modes.Phi.transpose() * motions_.Y);
-    A_ = modes.Phi.transpose() * answer_.Y;
-    beyond_.D = answer_.E, beyond_.D_2 = answer_.E_2;
-    take_out(lambda_, A_, beyond_.D, beyond_.D_2);
+    const Matrix all = modes.Phi.transpose() * Y_;
+    rigid_ = lambda_.cwiseSqrt().cwiseInverse().asDiagonal() * all.leftCols(m);
+    A_ = all.rightCols(f);
+    LeftOfAnswer left{Matrix::Zero(m + f, m + f), Matrix::Zero(m + f, m + f)};
+    if (lambda_.size() < p_.n_interior())
+      left = left_of_answer(p_, factor_, {modes.Phi}, Vector(0), Matrix(p_.n_interior(), 0), Y_);
+    rigid_beyond_ = left.D.topLeftCorner(m, m);
+    beyond_.D = left.D.bottomRightCorner(f, f), beyond_.D_2 = left.D_2.bottomRightCorner(f, f);
     beyond_.beyond = lambda_.size() < p_.n_interior() ? lambda_.maxCoeff() : 0;
     beyond_.A.resize(0, A_.cols());
   }
@@ -99,7 +105,7 @@ class Picker {
   // Whether errors would be no more than aimed at, were all candidates taken.
   bool suffices() const {
     if (beyond_.beyond == 0) return true;
-    if (strain_left_out(motions_, rigid_).largest > tolerance_) return false;
+    if (strain_left_out(motions_, rigid_beyond_).largest > tolerance_) return false;
     return beyond_.beyond > near * free_.last_asked() && errors(beyond_).maxCoeff() <= aim * tolerance_;
   }
 
@@ -127,10 +133,11 @@ class Picker {
   // One by one the candidate that has most of the worst rigid acceleration's
   void pick_for_strain(Taken& taken) const {
     for (;;) {
-      const StrainLeftOut left = strain_left_out(motions_, rigid_(rows(taken, 1), Eigen::all));
+      const std::vector<Index> others = rows(taken, 0);
+      const Matrix not_taken = rigid_(others, Eigen::all);
+      const StrainLeftOut left = strain_left_out(motions_, rigid_beyond_ + not_taken.transpose() * not_taken);
       if (left.largest <= tolerance_) return;
       const Vector part = (rigid_.leftCols(InterfaceMotions::n_rigid) * left.worst).cwiseAbs2();
-      const std::vector<Index> others = rows(taken, 0);
       if (others.empty()) return;
       take(*std::max_element(others.begin(), others.end(), [&](Index i, Index j) { return part(i) < part(j); }), taken);
     }
@@ -172,15 +179,17 @@ class Picker {
   }
 
   const SparseCholesky& factor_;
+  const Matrix& M_cc_;
   const InterfaceMotions& motions_;
   const double tolerance_;
   const Partition& p_;
   FreeModes free_;
-  InteriorAnswer answer_;  // to the free modes
-  Vector lambda_;          // k, of the candidates
-  Matrix rigid_;           // k x m, Phi^T Y / sqrt(lambda)
-  Matrix A_;               // k x f, Phi^T Y of the free modes
-  MissingModes beyond_;    // what all candidates lack
+  Matrix Y_;             // n_I x (m + f), of the motions and the free modes
+  Vector lambda_;        // k, of the candidates
+  Matrix rigid_;         // k x m, Phi^T Y / sqrt(lambda)
+  Matrix rigid_beyond_;  // m x m, D of the motions, of what all candidates lack
+  Matrix A_;             // k x f, Phi^T Y of the free modes
+  MissingModes beyond_;  // what all candidates lack
 };
 
 FixedInterfaceModes some_of(const FixedInterfaceModes& all, const Taken& taken, char value) {
@@ -195,10 +204,10 @@ ModesOfTolerance modes_of_tolerance(const Partition& p, const SparseCholesky& fa
   ModesOfTolerance result;
   result.modes.Phi.resize(p.n_interior(), 0);
   result.modes.method = "none", result.modes.proven = true;
-  result.not_kept.M_kc.resize(0, p.n_interface());
+  result.not_kept.Phi.resize(p.n_interior(), 0);
   if (p.n_interior() == 0) return result;
   FixedInterfaceModes candidates = more_modes(p, factor, result.modes, first_candidates, report);
-  Picker picker(p, factor, motions, tolerance);
+  Picker picker(p, factor, s.M_cc, motions, tolerance);
   picker.set_free_modes(free_modes(p, s, part, candidates));
   picker.set_candidates(candidates);
   const auto enough_candidates = [&] {
@@ -224,9 +233,8 @@ ModesOfTolerance modes_of_tolerance(const Partition& p, const SparseCholesky& fa
     picker.set_candidates(candidates);
   }
   result.n_candidates = candidates.lambda.size();
-  const FixedInterfaceModes others = some_of(candidates, taken, 0);
-  result.not_kept = {others.lambda, coupling_of_modes(p, others),
-                     result.n_candidates < p.n_interior() ? candidates.lambda(result.n_candidates - 1) : 0};
+  FixedInterfaceModes others = some_of(candidates, taken, 0);
+  result.not_kept = {std::move(others.lambda), std::move(others.Phi), result.n_candidates < p.n_interior() ? candidates.lambda(result.n_candidates - 1) : 0};
   return result;
 }
 

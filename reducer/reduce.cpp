@@ -111,14 +111,14 @@ FixedInterfaceModes modes_to_compute(Reduction& r, const SparseCholesky& factor)
 }
 
 void keep_modes(Reduction& r, FixedInterfaceModes& modes, Condensation& condensed) {
-  r.not_kept.M_kc.resize(0, r.p.n_interface());
+  r.not_kept.Phi.resize(r.p.n_interior(), 0);
   if (modes.lambda.size() > 0) r.not_kept.beyond = std::max(modes.next, modes.lambda(modes.lambda.size() - 1));
   if (r.options.pick != "participation" || modes.lambda.size() <= *r.options.modes) return;
   const std::vector<Index> kept = modes_by_participation(condensed.M_kc, *r.options.modes);
   std::vector<Index> others;
   for (Index j = 0; j < modes.lambda.size(); ++j)
     if (!std::binary_search(kept.begin(), kept.end(), j)) others.push_back(j);
-  r.not_kept.lambda = modes.lambda(others), r.not_kept.M_kc = condensed.M_kc(others, Eigen::all);
+  r.not_kept.lambda = modes.lambda(others), r.not_kept.Phi = modes.Phi(Eigen::all, others);
   modes.lambda = Vector(modes.lambda(kept));
   modes.Phi = Matrix(modes.Phi(Eigen::all, kept));
   condensed.M_kc = Matrix(condensed.M_kc(kept, Eigen::all));
@@ -289,9 +289,9 @@ void take_matrices(Reduction& r, FixedInterfaceModes& modes, Condensation& conde
   if (own > 0) r.figures.highest_frequency = std::sqrt(s.eigenvalues.head(own).maxCoeff()) / (2 * std::numbers::pi);
 }
 
-void add_accuracy(Reduction& r, const SparseCholesky& factor, const InterfaceMotions& motions, Superelement& s) {
+void add_accuracy(Reduction& r, const SparseCholesky& factor, const InterfaceMotions& motions, const Matrix& Phi, Superelement& s) {
   const auto phase = r.report.phase("errors");
-  s.accuracy = accuracy_of(r.p, factor, motions, s, r.figures.condition.n_rigid, r.not_kept);
+  s.accuracy = accuracy_of(r.p, factor, motions, s, Phi, r.figures.condition.n_rigid, r.not_kept);
   s.accuracy->tolerance = r.options.tolerance.value_or(0);
 }
 
@@ -329,7 +329,7 @@ void condense_and_keep(Reduction& r, Superelement& s) {
   r.figures.condition.reduced_rigid = rigid_residual(s.K_cc, reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c())).value;
   if (!r.options.is_characteristic()) {
     add_diagonal(r, s);
-    add_accuracy(r, factor, motions, s);
+    add_accuracy(r, factor, motions, modes.Phi, s);
   }
   if (r.options.recovery) add_recovery(r, std::move(condensed.Psi), std::move(modes.Phi), s);
   if (r.options.is_characteristic()) make_shapes(r, s);
