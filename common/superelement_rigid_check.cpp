@@ -17,6 +17,7 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
 // Far above what reductions of thin parts leave, and the digits that another maker writes; far below a wrong file.
 constexpr double tolerance = 1e-2;
+constexpr double no_force = 1e-6;  // of |K_cc| |R|
 
 class RigidCheck {
  public:
@@ -37,7 +38,7 @@ class RigidCheck {
     if (s_.is_massless() && s_.massless.V.size() > 0) return check_modes("/massless/V", s_.massless.V, s_.eigenvalues);
     if (s_.is_characteristic() && s_.characteristic.V.size() > 0)
       return check_modes("/characteristic/V", s_.characteristic.V, s_.eigenvalues);
-    if (!s_.has_interface_matrices()) return;
+    if (!s_.has_interface_matrices() || is_held_inside(s_)) return;
     if (s_.M_cc.rows() == s_.c()) {
       // R^T M R with R = [0; R_c]   (6 x 6)
       const Matrix6 mass = R_.transpose() * (s_.M_cc * R_);
@@ -109,6 +110,24 @@ class RigidCheck {
 };
 
 }  // namespace
+
+Matrix resisted_rigid_motions(const Superelement& s, double size) {
+  if (s.K_cc.rows() != s.c() || s.c() == 0) return Matrix(0, 6);
+  Matrix R = reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c());
+  R.rightCols(3) /= size;
+  const double most = no_force * s.K_cc.norm() * R.norm();
+  // K_cc R = U diag(forces) W^T
+  const Eigen::BDCSVD<Matrix> svd(s.K_cc * R, Eigen::ComputeThinV);
+  const Vector& forces = svd.singularValues();
+  return svd.matrixV().leftCols((forces.array() > most).count()).transpose();
+}
+
+bool is_held_inside(const Superelement& s) {
+  if (!s.has_interface_matrices() || s.c() == 0) return false;
+  if (s.K_cc.rows() != s.c()) return s.has_diagonal_form() && (s.omega.array() == 0).count() < 6;
+  const Matrix T = reduced_rigid_modes(s, s.rigid_body.center).block(s.k(), 0, s.c(), 3);
+  return (s.K_cc * T).norm() > no_force * s.K_cc.norm() * T.norm();
+}
 
 void check_rigid_motions(const Superelement& superelement, const std::string& where) { RigidCheck(superelement, where).check(); }
 

@@ -6,12 +6,14 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "common/linalg/dense_factor.hpp"
 #include "common/linalg/eigenpairs.hpp"
 #include "common/mesh/face_weights.hpp"
 #include "reducer/diagonal_form.hpp"
 #include "reducer/missing_modes.hpp"
+#include "reducer/mode_tolerance.hpp"
 
 namespace cbr {
 namespace {
@@ -21,7 +23,6 @@ constexpr double no_strain = 1e-12;                           // of the largest:
 constexpr Index largest_dense = 6000;                         // interface dofs up to which K_cc and M_res are factored for this
 constexpr double enough = 0.1;                                // relative error of an eigenvalue: those above are of no interest
 constexpr Index most = 32, beside = 16;                       // modes that are estimated, and more that these may mix with
-constexpr Index most_rigid = 12;                              // rigid motions up to which they are among those
 constexpr double good_eigenvalue = 0.95 * (1 - 0.99 * 0.99);  // 1 % of the frequency, for modes beyond those looked at
 
 // Area vectors of the surface at its nodes' dofs   (c)
@@ -49,9 +50,8 @@ ModesNotKept settled(ModesNotKept m, const Partition& p, const SparseCholesky& f
   }
   if (s.n_residual > 0 && m.lambda.size() > 0) {
     m.beyond = m.beyond > 0 ? std::min(m.beyond, m.lambda.minCoeff()) : m.lambda.minCoeff();
-    m.lambda.resize(0), m.M_kc.resize(0, s.c());
+    m.lambda.resize(0), m.Phi.resize(p.n_interior(), 0);
   }
-  if (m.lambda.size() == 0) m.M_kc.resize(0, s.c());
   return m;
 }
 
@@ -101,7 +101,7 @@ InterfaceMotions interface_motions(const Partition& p, const SparseCholesky& fac
     motions.E = Matrix::Zero(motions.size(), motions.size());
     return motions;
   }
-  motions.Y = inertia_forces(p, factor, motions.W);
+  motions.Y = inertia_forces(p, factor, s.M_cc, motions.W);
   Matrix X = motions.Y;
   factor.solve_in_place(X);
   motions.E.noalias() = motions.Y.transpose() * X;
@@ -109,16 +109,15 @@ InterfaceMotions interface_motions(const Partition& p, const SparseCholesky& fac
   return motions;
 }
 
-StrainLeftOut strain_left_out(const InterfaceMotions& motions, const Matrix& B) {
+StrainLeftOut strain_left_out(const InterfaceMotions& motions, const Matrix& D) {
   const Index m = motions.size(), r = InterfaceMotions::n_rigid;
   StrainLeftOut left;
   left.of_motion.setZero(m);
   left.worst.setZero(r);
   const Vector scale = motions.E.diagonal().cwiseMax(0.0).cwiseSqrt();
-  const Matrix caught = B.rows() > 0 ? Matrix(B.transpose() * B) : Matrix(Matrix::Zero(m, m));
   for (Index j = 0; j < m; ++j)
-    if (scale(j) > 0) left.of_motion(j) = std::max(0.0, 1 - caught(j, j) / motions.E(j, j));
-  // (E - B^T B) x = share E x on the rigid motions, by E = S (Q diag(e) Q^T) S
+    if (scale(j) > 0) left.of_motion(j) = std::clamp(D(j, j) / motions.E(j, j), 0.0, 1.0);
+  // D x = share E x on the rigid motions, by E = S (Q diag(e) Q^T) S
   const Vector inverse = scale.head(r).unaryExpr([](double v) { return v > 0 ? 1 / v : 0.0; });
   const Matrix E = inverse.asDiagonal() * motions.E.topLeftCorner(r, r) * inverse.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Matrix> whole(E);
@@ -129,7 +128,7 @@ StrainLeftOut strain_left_out(const InterfaceMotions& motions, const Matrix& B) 
   if (kept.empty()) return left;
   const Vector root = Vector(e(kept)).cwiseSqrt().cwiseInverse();
   const Matrix T = inverse.asDiagonal() * Matrix(whole.eigenvectors()(Eigen::all, kept)) * root.asDiagonal();
-  const Matrix share = Matrix::Identity(T.cols(), T.cols()) - T.transpose() * caught.topLeftCorner(r, r) * T;
+  const Matrix share = T.transpose() * D.topLeftCorner(r, r) * T;
   const Eigen::SelfAdjointEigenSolver<Matrix> shares(share);
   left.largest = std::max(0.0, shares.eigenvalues()(T.cols() - 1));
   left.worst = T * shares.eigenvectors().col(T.cols() - 1);
@@ -167,33 +166,96 @@ double impact_share(const Superelement& s, const Matrix& L, const Surface& surfa
   return stopped.dot(W.solve(stopped)) / energy;
 }
 
-void estimate_eigenvalue_errors(const Partition& p, const SparseCholesky& factor, const Superelement& s, Index n_rigid,
-                                const ModesNotKept& not_kept, Superelement::Accuracy& accuracy) {
-  const Index first = n_rigid <= most_rigid ? 0 : n_rigid, count = std::min(s.n() - n_rigid, most);
-  const Index m = std::min(s.n(), n_rigid + most + beside) - first;
-  const Matrix U = s.V.block(s.k(), first, s.c(), m);
-  const Vector lambda = s.omega.segment(first, m).cwiseAbs2();
-  const InteriorAnswer answer = interior_answer(p, factor, U);
-  // D = Y^T K_II^-1 Y - A^T Lambda^-1 A, A = M_kc U: what is kept, and what is known beside it
-  MissingModes missing{not_kept.lambda, not_kept.M_kc * U, answer.E, answer.E_2, not_kept.beyond};
-  take_out(s.eigenvalues, s.M_kc * U, missing.D, missing.D_2);
-  take_out(missing.lambda, missing.A, missing.D, missing.D_2);
-  const Vector full = full_eigenvalues(lambda, missing, n_rigid - first, count);
+namespace {
+
+// Of the free component's lowest elastic modes: eigenvalues, and by what share of themselves they are too high.
+struct Estimates {
+  std::vector<std::pair<double, double>> list;
+  double worst_of_ten = 0;  // error, of the ten lowest of each part
+
+  void add(const Vector& lambda, const Vector& error) {
+    for (Index j = 0; j < error.size(); ++j) list.emplace_back(lambda(j), error(j));
+    const Index ten = std::min(error.size(), n_free_modes_of_tolerance);
+    if (ten > 0) worst_of_ten = std::max(worst_of_ten, error.head(ten).maxCoeff());
+  }
+};
+
+// Of one connected part: the lowest `most`.
+void estimate_eigenvalue_errors(const Partition& p, const SparseCholesky& factor, const Superelement& s, const Matrix& Phi,
+                                Index n_rigid, const ModesNotKept& not_kept, Estimates& estimates) {
+  const Index count = std::min(s.n() - n_rigid, most), m = std::min(s.n(), n_rigid + most + beside);
+  const Matrix U = s.V.block(s.k(), 0, s.c(), m);
+  const Vector lambda = s.omega.head(m).cwiseAbs2();
+  // What drives the modes that are missing: the interface, and residual vectors, as these are no eigenvectors
+  Matrix Y = inertia_forces(p, factor, s.M_cc, U);
+  const Index own = s.k() - s.n_residual, r = s.n_residual;
+  if (r > 0) Y += p.M_II * Matrix(Phi.rightCols(r) * s.V.block(own, 0, r, m));
+  MissingModes missing{not_kept.lambda, not_kept.Phi.transpose() * Y, {}, {}, not_kept.beyond};
+  LeftOfAnswer left = left_of_answer(p, factor, {Phi.leftCols(own), not_kept.Phi}, s.eigenvalues.tail(r), Phi.rightCols(r), std::move(Y));
+  missing.D = std::move(left.D), missing.D_2 = std::move(left.D_2);
+  const Vector full = full_eigenvalues(lambda, missing, n_rigid, count);
   Vector error = Vector::Zero(count);
   for (Index j = 0; j < count; ++j)
-    if (const double own = lambda(n_rigid - first + j); own > 0) error(j) = std::max(0.0, 1 - full(j) / own);
-  const auto above = [&](double most_error) {
-    return static_cast<Index>(std::find_if(error.begin(), error.end(), [&](double e) { return !(e <= most_error); }) -
-                              error.begin());
-  };
-  const Index n = std::min(count, above(enough) + 1), good = above(good_eigenvalue);
-  accuracy.frequency_hz = s.omega.segment(n_rigid, n) / (2 * std::numbers::pi);
-  accuracy.eigenvalue_error = error.head(n);
-  if (good > 0) accuracy.covered_hz = accuracy.frequency_hz(good - 1);
+    if (const double with_basis = lambda(n_rigid + j); with_basis > 0) error(j) = std::max(0.0, 1 - full(j) / with_basis);
+  estimates.add(lambda.segment(n_rigid, count), error);
 }
 
+// The lowest, up to the first that is of no interest, and up to where they are good and no held mode is missing.
+void take_estimates(Estimates estimates, Superelement::Accuracy& accuracy) {
+  auto& list = estimates.list;
+  std::stable_sort(list.begin(), list.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  if (list.size() > most) list.resize(most);
+  const auto above = [&](double most_error) {
+    return std::find_if(list.begin(), list.end(), [&](const auto& mode) { return !(mode.second <= most_error); }) - list.begin();
+  };
+  const auto hz = [&](Index j) { return std::sqrt(list[j].first) / (2 * std::numbers::pi); };
+  const Index n = std::min<Index>(list.size(), above(enough) + 1);
+  accuracy.frequency_hz.resize(n), accuracy.eigenvalue_error.resize(n);
+  for (Index j = 0; j < n; ++j) accuracy.frequency_hz(j) = hz(j), accuracy.eigenvalue_error(j) = list[j].second;
+  for (Index good = above(good_eigenvalue); good > 0; --good)
+    if (hz(good - 1) <= accuracy.complete_hz || accuracy.complete_hz == 0) {
+      accuracy.covered_hz = hz(good - 1);
+      return;
+    }
+}
+
+// Strain left out and free modes of each part by itself.
+void look_at_parts(const std::vector<ComponentPart>& parts, const Superelement& s, const Matrix& Phi, const ModesNotKept& not_kept,
+                   Superelement::Accuracy& a, Estimates& estimates) {
+  const std::vector<std::size_t> owner = owners(parts, Phi), owner_of_others = owners(parts, not_kept.Phi);
+  a.largest_left_out = 0;
+  for (std::size_t q = 0; q < parts.size(); ++q) {
+    const ComponentPart& part = parts[q];
+    std::vector<Index> kept, others;
+    Superelement own = part_of(s, part);
+    for (Index j = 0; j < s.k(); ++j) {
+      if (owner[j] != q) continue;
+      kept.push_back(j);
+      if (j >= s.k() - s.n_residual) ++own.n_residual;
+    }
+    for (Index j = 0; j < not_kept.lambda.size(); ++j)
+      if (owner_of_others[j] == q) others.push_back(j);
+    own.eigenvalues = s.eigenvalues(kept), own.M_kc = s.M_kc(kept, part.on_interface);
+    const Matrix own_Phi = Phi(part.inside, kept);
+    ModesNotKept own_others{not_kept.lambda(others), not_kept.Phi(part.inside, others),
+                            not_kept.beyond_of_part.empty() ? not_kept.beyond : not_kept.beyond_of_part[q], {}};
+    const SparseCholesky factor(part.p.K_II);
+    const InterfaceMotions motions = interface_motions(part.p, factor, own, part.one());
+    const Index k = own.k() - own.n_residual, r = own.n_residual;
+    const LeftOfAnswer left =
+        left_of_answer(part.p, factor, {own_Phi.leftCols(k)}, own.eigenvalues.tail(r), own_Phi.rightCols(r), motions.Y);
+    a.largest_left_out = std::max(a.largest_left_out, strain_left_out(motions, left.D).largest);
+    if (!s.has_diagonal_form()) continue;
+    const Index n_rigid = add_diagonal_form(own, part.one());
+    estimate_eigenvalue_errors(part.p, factor, own, own_Phi, n_rigid, settled(std::move(own_others), part.p, factor, own), estimates);
+  }
+}
+
+}  // namespace
+
 Superelement::Accuracy accuracy_of(const Partition& p, const SparseCholesky& factor, const InterfaceMotions& motions,
-                                   const Superelement& s, Index n_rigid, const ModesNotKept& not_kept) {
+                                   const Superelement& s, const Matrix& Phi, Index n_rigid, const ModesNotKept& not_kept,
+                                   const std::vector<ComponentPart>& parts, double* worst_of_ten) {
   Superelement::Accuracy a;
   a.rho_res = residual_mass_share(s);
   if (p.lumped) {
@@ -201,10 +263,10 @@ Superelement::Accuracy accuracy_of(const Partition& p, const SparseCholesky& fac
     for (Index i = 0; i < s.c(); ++i) floor(s.dof_component[i]) += p.M_CC.coeff(i, i);
     a.rho_floor = floor / s.rigid_body.mass;
   }
-  // B = Lambda^-1/2 M_kc W   (k x m), as Phi^T Y = M_kc W
-  Matrix B(0, motions.size());
-  if (s.k() > 0) B = s.eigenvalues.cwiseSqrt().cwiseInverse().asDiagonal() * Matrix(s.M_kc * motions.W);
-  const StrainLeftOut left = strain_left_out(motions, B);
+  const Index own = s.k() - s.n_residual, r = s.n_residual;
+  const LeftOfAnswer unheld =
+      left_of_answer(p, factor, {Phi.leftCols(own)}, s.eigenvalues.tail(r), Phi.rightCols(r), motions.Y);
+  const StrainLeftOut left = strain_left_out(motions, unheld.D);
   a.strain_left_out = left.of_motion.head(InterfaceMotions::n_rigid);
   a.largest_left_out = left.largest;
   for (std::size_t i = 0; i < motions.surfaces.size(); ++i)
@@ -215,7 +277,14 @@ Superelement::Accuracy accuracy_of(const Partition& p, const SparseCholesky& fac
     if (L.rows() > 0 && is_nearly_flat(s, surface)) a.surfaces[surface.name].impact = impact_share(s, L, surface);
   const ModesNotKept others = settled(not_kept, p, factor, s);
   a.complete_hz = complete_below(others, s);
-  if (s.has_diagonal_form()) estimate_eigenvalue_errors(p, factor, s, n_rigid, others, a);
+  Estimates estimates;
+  if (!parts.empty()) {
+    look_at_parts(parts, s, Phi, not_kept, a, estimates);
+  } else if (s.has_diagonal_form()) {
+    estimate_eigenvalue_errors(p, factor, s, Phi, n_rigid, others, estimates);
+  }
+  *worst_of_ten = estimates.worst_of_ten;
+  if (s.has_diagonal_form()) take_estimates(std::move(estimates), a);
   return a;
 }
 

@@ -8,6 +8,7 @@
 #include "common/linalg/sparse_cholesky.hpp"
 #include "common/report.hpp"
 #include "common/superelement.hpp"
+#include "reducer/component_parts.hpp"
 #include "reducer/partition.hpp"
 
 namespace cbr {
@@ -28,14 +29,14 @@ struct InterfaceMotions {
 InterfaceMotions interface_motions(const Partition& p, const SparseCholesky& factor, const Superelement& s,
                                    const std::vector<Index>& part);
 
-// What modes leave of E. One row of B per mode: phi_j^T Y / sqrt(lambda_j)   (k x m).
+// What modes leave of E: D (m x m) of left_of_answer().
 struct StrainLeftOut {
   Vector of_motion;                          // m, shares
   double largest = 0;                        // of all rigid motions
   Vector worst;                              // n_rigid, the rigid motion that has it, in the first columns of W
   double worst_of_all(Index& motion) const;  // and the motion from n_rigid on, or -1 for a rigid one
 };
-StrainLeftOut strain_left_out(const InterfaceMotions& motions, const Matrix& B);
+StrainLeftOut strain_left_out(const InterfaceMotions& motions, const Matrix& D);
 
 // L of M_res = M_cc - M_kc^T M_kc = L L^T (lower triangle); empty when it is not positive definite.
 Matrix residual_mass_factor(const Superelement& s);
@@ -47,20 +48,19 @@ double impact_share(const Superelement& s, const Matrix& L, const Surface& surfa
 // Fixed-interface modes that a superelement does not have.
 struct ModesNotKept {
   Vector lambda;      // d, of those that were computed and dropped
-  Matrix M_kc;        // d x c, their coupling
+  Matrix Phi;         // n_I x d
   double beyond = 0;  // no other has a lower eigenvalue; 0: there are no others, or that is not known
+  std::vector<double> beyond_of_part;  // the same of each part, where it is known better
 };
 
-// Of the free component's lowest elastic modes (columns of V beyond n_rigid): by what share lambda is too high at most, from what
-// the modes that are not kept take from the reduced stiffness (full_eigenvalues()). The lowest 32, and none after the first that
-// may be off by more than 0.1. Two solves a mode.
-void estimate_eigenvalue_errors(const Partition& p, const SparseCholesky& factor, const Superelement& s, Index n_rigid,
-                                const ModesNotKept& not_kept, Superelement::Accuracy& accuracy);
-
-// All of the above. n_rigid: columns of V that are rigid motions; looked at when s has its diagonal form. not_kept.beyond, where it
-// is not known, is found by Lanczos.
+// All of the above. Phi (n_I x k): the kept modes and residual vectors. `parts`: of the component, when there are several: strain left
+// out and free modes then are each part's own. n_rigid: columns of V that are rigid motions; free modes are looked at when s has its
+// diagonal form: their eigenvalues are too high by what the modes that are not kept take from the reduced stiffness
+// (full_eigenvalues()); the lowest 32, and none after the first that may be off by more than 0.1. Two solves a mode. not_kept.beyond,
+// where it is not known, is found by Lanczos. worst_of_ten: the largest error of the ten lowest, of each part.
 Superelement::Accuracy accuracy_of(const Partition& p, const SparseCholesky& factor, const InterfaceMotions& motions,
-                                   const Superelement& s, Index n_rigid, const ModesNotKept& not_kept);
+                                   const Superelement& s, const Matrix& Phi, Index n_rigid, const ModesNotKept& not_kept,
+                                   const std::vector<ComponentPart>& parts, double* worst_of_ten);
 
 // For the summary.
 void say_accuracy(const Superelement& s, Report& report);

@@ -40,6 +40,17 @@ class Condenser {
     couple(Phi);
   }
 
+  Matrix coupling(const Matrix& M_cc) {
+    if (M_Phi_.cols() > 0) {
+      for_panels([&](Index first, Index width, Workspace& work) {
+        constraint_modes(first, width, work);
+        couple_panel(first, work.X);
+      });
+    }
+    follow_rigid_motions(p_.rigid, rigid_content(p_.rigid, M_cc), Phi_, result_.M_kc);
+    return std::move(result_.M_kc);
+  }
+
   Condensation run() {
     if (p_.n_interior() > 0 && p_.n_interface() > 0) {
       panels();
@@ -111,8 +122,23 @@ class Condenser {
     }
   }
 
+  template <typename Work>
+  void for_panels(const Work& do_one) {
+    const Index c = p_.n_interface(), n_panels = (c + result_.panel - 1) / result_.panel;
+    std::atomic<Index> next{0};
+    {
+      const SingleThreadedBlas blas;
+      run_threads(static_cast<int>(std::min<Index>(n_threads(), n_panels)), [&](int) {
+        Workspace work(tree_, result_.panel);
+        for (Index i = next++; i < n_panels; i = next++)
+          do_one(i * result_.panel, std::min(result_.panel, c - i * result_.panel), work);
+      });
+    }
+    report_.end_progress();
+  }
+
   void panels() {
-    const Index c = p_.n_interface(), n_I = p_.n_interior(), n_panels = (c + result_.panel - 1) / result_.panel;
+    const Index c = p_.n_interface(), n_I = p_.n_interior();
     const bool whole = result_.way == CondensationWay::product;
     if (options_.keep_Psi) result_.Psi.resize(n_I, c);
     if (whole) S_.resize(c, n_I);
@@ -120,16 +146,7 @@ class Condenser {
     result_.K_cc.setZero(c, c);
     result_.M_cc.setZero(c, c);
     m_.setZero(c, p_.rigid.count());
-    std::atomic<Index> next{0};
-    {
-      const SingleThreadedBlas blas;
-      run_threads(static_cast<int>(std::min<Index>(n_threads(), n_panels)), [&](int) {
-        Workspace work(tree_, result_.panel);
-        for (Index i = next++; i < n_panels; i = next++)
-          do_panel(i * result_.panel, std::min(result_.panel, c - i * result_.panel), work);
-      });
-    }
-    report_.end_progress();
+    for_panels([&](Index first, Index width, Workspace& work) { do_panel(first, width, work); });
     if (whole) multiply();
     add_upper(p_.K_CC, result_.K_cc);
     add_upper(p_.M_CC, result_.M_cc);
@@ -294,6 +311,14 @@ class Condenser {
 Condensation condense(const Partition& partition, const SparseCholesky& factor, const Matrix& Phi,
                       const CondensationOptions& options, Report& report) {
   return Condenser(partition, factor, Phi, options, report).run();
+}
+
+Matrix mode_coupling_of_one_Psi(const Partition& p, const SparseCholesky& factor, const Matrix& Phi, const Matrix& M_cc,
+                                const CondensationOptions& options, Report& report) {
+  if (Phi.cols() == 0 || p.n_interface() == 0 || p.n_interior() == 0) return Matrix::Zero(Phi.cols(), p.n_interface());
+  CondensationOptions one = options;
+  one.one_Psi = true;
+  return Condenser(p, factor, Phi, one, report).coupling(M_cc);
 }
 
 Matrix mode_coupling(const Partition& p, const SparseCholesky& factor, const Matrix& Phi, const Matrix& M_cc) {

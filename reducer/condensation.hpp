@@ -48,4 +48,8 @@ Condensation condense(const Partition& partition, const SparseCholesky& factor, 
 // M_kc = Phi^T M_IC - (K_II^-1 M_II Phi)^T K_IC   (k x c): the same for vectors that come later. k solves. M_cc: condense()'s.
 Matrix mode_coupling(const Partition& partition, const SparseCholesky& factor, const Matrix& Phi, const Matrix& M_cc);
 
+// The same by the very Psi of condense(), in panels that are for M_kc alone: without the products for K_cc and M_cc.
+Matrix mode_coupling_of_one_Psi(const Partition& partition, const SparseCholesky& factor, const Matrix& Phi, const Matrix& M_cc,
+                                const CondensationOptions& options, Report& report);
+
 }  // namespace cbr

@@ -14,8 +14,6 @@
 namespace cbr {
 namespace {
 
-// Of the reduced stiffness: forces of rigid motions beyond this leave no diagonal form.
-constexpr double lost_rigid = 1e-6;
 // Holds a motion without stiffness so far that a factor exists.
 constexpr double no_singularity = 1e-14;
 
@@ -220,16 +218,6 @@ Index examine_reduced(const Superelement& s, const Matrix& rigid, Conditioning& 
   if (c.n_zero < s.n()) c.lowest_omega = s.omega(c.n_zero);
   if (c.n_zero > c.n_rigid) s.V.col(c.n_rigid).tail(s.c()).cwiseAbs().maxCoeff(&dof);
   return dof;
-}
-
-void require_free(const Conditioning& c) {
-  if (!(c.reduced_rigid > lost_rigid)) return;
-  throw InputError(
-      format_text("the stiffness is too ill-conditioned (%.0e, scaled by its diagonal) to be reduced: by round-off the reduced one "
-                  "resists rigid motions by %.0e of its size",
-                  c.K_II.scaled, c.reduced_rigid) +
-      "; look for parts of very unlike stiffness, slivers, Poisson's ratio near 0.5, an interface nearly on one line" +
-      (c.weakest.empty() ? "" : ", first at " + c.weakest));
 }
 
 }  // namespace cbr

@@ -46,9 +46,6 @@ SoftestMotion softest_motion(Matrix K_cc, const Matrix& R);
 // motion without stiffness moves most; -1: there is none.
 Index examine_reduced(const Superelement& superelement, const Matrix& rigid, Conditioning& condition);
 
-// InputError when round-off has made the reduced stiffness resist rigid motions so much that no diagonal form can fit it.
-void require_free(const Conditioning& condition);
-
 // RunError naming both modes when one is there twice, or nearly so.
 void require_independent(const Partition& partition, const Matrix& Phi, const ModeCheck& check);
 

@@ -118,6 +118,30 @@ Index add_residual_vectors(const Partition& p, const SparseCholesky& factor, con
   return r;
 }
 
+Index add_residual_vectors(const std::vector<ComponentPart>& parts, const Matrix& F_I, FixedInterfaceModes& modes) {
+  const std::vector<std::size_t> owner = owners(parts, modes.Phi);
+  std::vector<FixedInterfaceModes> vectors(parts.size());
+  const Index k = modes.lambda.size();
+  for (std::size_t q = 0; q < parts.size(); ++q) {
+    const ComponentPart& part = parts[q];
+    const Matrix F = F_I(part.inside, Eigen::all);
+    vectors[q].Phi.resize(F.rows(), 0);
+    if (F.size() == 0 || F.cwiseAbs().maxCoeff() == 0) continue;
+    std::vector<Index> kept;
+    for (Index j = 0; j < k; ++j)
+      if (owner[j] == q) kept.push_back(j);
+    FixedInterfaceModes own;
+    own.lambda = modes.lambda(kept), own.Phi = modes.Phi(part.inside, kept);
+    const Index r = add_residual_vectors(part.p, SparseCholesky(part.p.K_II), F, own);
+    vectors[q].lambda = own.lambda.tail(r), vectors[q].Phi = own.Phi.rightCols(r);
+  }
+  const FixedInterfaceModes more = joined(parts, vectors, F_I.rows());
+  const Index r = more.lambda.size();
+  modes.lambda.conservativeResize(k + r), modes.Phi.conservativeResize(Eigen::NoChange, k + r);
+  modes.lambda.tail(r) = more.lambda, modes.Phi.rightCols(r) = more.Phi;
+  return r;
+}
+
 std::map<std::string, Superelement::InteriorLoad> generalised_loads(const Partition& p, const SparseCholesky& factor,
                                                                     const InteriorLoads& loads, const Matrix& Phi,
                                                                     const Matrix& M_cc) {

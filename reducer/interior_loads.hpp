@@ -10,6 +10,7 @@
 #include "common/mesh/mesh.hpp"
 #include "common/scene.hpp"
 #include "common/superelement.hpp"
+#include "reducer/component_parts.hpp"
 #include "reducer/fixed_interface_modes.hpp"
 #include "reducer/partition.hpp"
 
@@ -37,6 +38,8 @@ void refuse_loads_inside(const Mesh& mesh, const ReductionOptions& reduction, co
 // They are K- and M-orthogonal to the modes, so that K_kk stays diagonal, M_kk = I and K_kc = 0, and K_II^-1 F is in the span.
 // Parts of X that are round-off of it, and those that would be the same twice, are left out. Returns how many there are.
 Index add_residual_vectors(const Partition& p, const SparseCholesky& factor, const Matrix& F_I, FixedInterfaceModes& modes);
+// Of several parts, each of whose modes and vectors moves it alone.
+Index add_residual_vectors(const std::vector<ComponentPart>& parts, const Matrix& F_I, FixedInterfaceModes& modes);
 
 // Forces on the coordinates: [Phi^T F_I; F_C + Psi^T F_I], Psi^T F_I = -K_CI K_II^-1 F_I, of which rigid motions of the interface
 // (M_cc: condense()'s) feel exactly what they feel of F.

@@ -11,6 +11,7 @@
 #include "common/error.hpp"
 #include "common/linalg/dense_factor.hpp"
 #include "common/linalg/eigenpairs.hpp"
+#include "reducer/component_parts.hpp"
 #include "reducer/diagonal_form.hpp"
 #include "reducer/fixed_interface_modes.hpp"
 
@@ -142,7 +143,9 @@ FixedInterfaceModes free_modes(const FreeModel& model, const Partition& p, doubl
     throw InputError("modes: " + std::to_string(wanted.modes) + " asked for, but the component has only " +
                      std::to_string(model.K.rows() - n_rigid) + " elastic modes");
   }
-  FixedInterfaceModes modes = fixed_interface_modes(all, factor, k, report);
+  const bool one_part = *std::max_element(model.part.begin(), model.part.end()) == 0;
+  FixedInterfaceModes modes = one_part ? fixed_interface_modes(all, factor, k, report)
+                                       : fixed_interface_modes_by_part(split(all, model.part, {}), model.K.rows(), k, report);
   figures.modes = check_modes(all, modes.lambda, modes.Phi);
   require_independent(all, modes.Phi, figures.modes);
   modes.lambda.array() += sigma;

@@ -73,24 +73,37 @@ double zero_of(const Reduced& reduced, double lambda, double top) {
 
 }  // namespace
 
-Matrix inertia_forces(const Partition& p, const SparseCholesky& factor, const Matrix& U) {
-  Matrix X = p.K_IC * U;
+Matrix inertia_forces(const Partition& p, const SparseCholesky& factor, const Matrix& M_cc, const Matrix& U) {
+  const RigidMotions& rigid = p.rigid;
+  if (rigid.count() == 0) {
+    Matrix X = p.K_IC * U;
+    factor.solve_in_place(X);
+    return p.M_IC * U - p.M_II * X;
+  }
+  const Matrix rigid_part = rigid_content(rigid, M_cc) * U, rest = U - rigid.R_C * rigid_part;
+  Matrix X = p.K_IC * rest;
   factor.solve_in_place(X);
-  return p.M_IC * U - p.M_II * X;
+  return rigid.P_I * rigid_part + p.M_IC * rest - p.M_II * X;
 }
 
-InteriorAnswer interior_answer(const Partition& p, const SparseCholesky& factor, const Matrix& U) {
-  const Index m = U.cols();
-  if (p.n_interior() == 0) return {Matrix(0, m), Matrix::Zero(m, m), Matrix::Zero(m, m)};
-  InteriorAnswer answer;
-  answer.Y = inertia_forces(p, factor, U);
-  Matrix X = answer.Y;
+LeftOfAnswer left_of_answer(const Partition& p, const SparseCholesky& factor, const std::vector<Eigen::Ref<const Matrix>>& modes,
+                            const Vector& lambda, const Eigen::Ref<const Matrix>& residual, Matrix Y) {
+  const Index m = Y.cols();
+  LeftOfAnswer left{Matrix::Zero(m, m), Matrix::Zero(m, m)};
+  if (p.n_interior() == 0 || m == 0) return left;
+  constexpr int passes = 2;
+  for (int pass = 0; pass < passes; ++pass)
+    for (const auto& Phi : modes) Y -= p.M_II * Matrix(Phi * Matrix(Phi.transpose() * Y));
+  Matrix X = Y;
   factor.solve_in_place(X);
-  answer.E.noalias() = answer.Y.transpose() * X;
-  answer.E_2.noalias() = X.transpose() * Matrix(p.M_II * X);
-  answer.E = (0.5 * (answer.E + answer.E.transpose())).eval();
-  answer.E_2 = (0.5 * (answer.E_2 + answer.E_2.transpose())).eval();
-  return answer;
+  for (int pass = 0; pass < passes; ++pass)
+    for (const auto& Phi : modes) X.noalias() -= Phi * Matrix(Phi.transpose() * Matrix(p.M_II * X));
+  if (residual.cols() > 0) X.noalias() -= residual * Matrix(lambda.cwiseInverse().asDiagonal() * Matrix(residual.transpose() * Y));
+  left.D.noalias() = Y.transpose() * X;
+  left.D_2.noalias() = X.transpose() * Matrix(p.M_II * X);
+  left.D = (0.5 * (left.D + left.D.transpose())).eval();
+  left.D_2 = (0.5 * (left.D_2 + left.D_2.transpose())).eval();
+  return left;
 }
 
 double MissingModes::lowest() const {
@@ -106,13 +119,6 @@ Matrix MissingModes::taken(double sigma, Index m) const {
     S.noalias() += B.transpose() * B;
   }
   return sigma * sigma * S;
-}
-
-void take_out(const Vector& lambda, const Matrix& A, Matrix& D, Matrix& D_2) {
-  if (lambda.size() == 0) return;
-  const Matrix B = lambda.cwiseInverse().asDiagonal() * A;
-  D.noalias() -= A.transpose() * B;
-  D_2.noalias() -= B.transpose() * B;
 }
 
 Vector full_eigenvalues(const Vector& lambda, const MissingModes& missing, Index first, Index count, Matrix* z) {

@@ -2,21 +2,27 @@
 // What the full model's lowest eigenvalues are, from a reduced one's and what its modes lack (docs/theory.md, 5i).
 #pragma once
 
+#include <vector>
+
 #include "common/linalg/sparse_cholesky.hpp"
 #include "reducer/partition.hpp"
 
 namespace cbr {
 
-// Y = (M_IC + M_II Psi) U   (n_I x m), Psi U = -K_II^-1 K_IC U: the interior's inertia forces under accelerations U (c x m),
-// negative.
-Matrix inertia_forces(const Partition& p, const SparseCholesky& factor, const Matrix& U);
+// Y = (M_IC + M_II Psi) U   (n_I x m): the interior's inertia forces under accelerations U (c x m) of the interface, negative. Psi is
+// the one that follows rigid motions exactly, Psi U = R_I G U - K_II^-1 K_IC (U - R_C G U), as K_cc, M_cc and M_kc are made with.
+Matrix inertia_forces(const Partition& p, const SparseCholesky& factor, const Matrix& M_cc, const Matrix& U);
 
-// All that the interior answers to interface motions U.
-struct InteriorAnswer {
-  Matrix Y;       // n_I x m, inertia_forces()
-  Matrix E, E_2;  // m x m, Y^T K_II^-1 Y and Y^T K_II^-1 M_II K_II^-1 Y
+// What some vectors leave of an answer K_II^-1 Y, Y (n_I x m).
+struct LeftOfAnswer {
+  Matrix D, D_2;  // m x m: X^T K_II X and X^T M_II X, X what is left
 };
-InteriorAnswer interior_answer(const Partition& p, const SparseCholesky& factor, const Matrix& U);
+// Of modes: the columns of each of `modes` (n_I x any), M-orthonormal eigenvectors all of them together. Of `residual` vectors
+// (lambda, n_I x r), which are no eigenvectors, but K- and M-orthogonal to the modes. Nothing is subtracted of energies, of which the
+// lowest modes have nearly all in a slender part and their round-off would be all that is left: Y <- Y - M Phi Phi^T Y and
+// X <- X - Phi Phi^T M X, X = K_II^-1 Y, each twice; then X <- X - Phi_r Lambda_r^-1 Phi_r^T Y. One solve a column.
+LeftOfAnswer left_of_answer(const Partition& p, const SparseCholesky& factor, const std::vector<Eigen::Ref<const Matrix>>& modes,
+                            const Vector& lambda, const Eigen::Ref<const Matrix>& residual, Matrix Y);
 
 // Modes that a basis lacks, as far as the motions U drive them: one by one, or those beyond some eigenvalue together.
 struct MissingModes {
@@ -31,9 +37,6 @@ struct MissingModes {
   Matrix taken(double sigma, Index m) const;
   double lowest() const;  // HUGE_VAL: nothing is missing
 };
-
-// D <- D - A^T diag(1 / lambda) A, D_2 <- D_2 - A^T diag(1 / lambda^2) A
-void take_out(const Vector& lambda, const Matrix& A, Matrix& D, Matrix& D_2);
 
 // Full model's eigenvalues number first .. first + count - 1, from below: sigma = eigenvalue of diag(lambda) - S(sigma), a Schur
 // complement's, of the same number. lambda (ascending) and U, which `missing` is of: the reduced model's lowest modes, those beyond

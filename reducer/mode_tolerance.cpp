@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "common/error.hpp"
+#include "common/format_text.hpp"
 #include "common/linalg/eigenpairs.hpp"
 #include "common/number_text.hpp"
 #include "reducer/diagonal_form.hpp"
@@ -37,12 +38,13 @@ struct FreeModes {
   Index n_rigid = 0, n_asked = 0;  // elastic ones whose error counts; those after them may mix with them
   Vector lambda;                   // f
   Matrix U;                        // c x f
+  double less = 0;                 // share of M_kc that was left out
 
   double last_asked() const { return n_asked > 0 ? lambda(n_rigid + n_asked - 1) : 0; }
 };
 
 FreeModes free_modes(const Partition& p, const Superelement& s, const std::vector<Index>& part, const FixedInterfaceModes& modes) {
-  if (s.c() > largest_dense) return {0, 0, Vector(0), Matrix(s.c(), 0)};
+  if (s.c() > largest_dense) return {0, 0, Vector(0), Matrix(s.c(), 0), 0};
   Superelement reduced;
   reduced.node_ids = s.node_ids, reduced.coordinates = s.coordinates, reduced.rigid_body = s.rigid_body;
   reduced.dof_node = s.dof_node, reduced.dof_component = s.dof_component;
@@ -52,18 +54,19 @@ FreeModes free_modes(const Partition& p, const Superelement& s, const std::vecto
   const Index n_rigid = rigid_motions_of_parts(reduced, part).cols();
   const Index asked = std::min(reduced.n() - n_rigid, n_free_modes_of_tolerance);
   const Index count = std::min(reduced.n(), n_rigid + asked + beside);
-  if (asked <= 0) return {0, 0, Vector(0), Matrix(s.c(), 0)};
+  if (asked <= 0) return {0, 0, Vector(0), Matrix(s.c(), 0), 0};
   Eigenpairs pairs = dense_eigenpairs(reduced_stiffness(reduced), reduced_mass(reduced), count);
   // An ill-conditioned K_II makes M_kc fit M_cc so badly that modes may couple more than there is mass: a little less will do here
+  double left = 1;
   for (double less = 1e-6; !pairs.converged && less < 0.1; less *= 30) {
-    reduced.M_kc *= 1 - less;
+    reduced.M_kc *= 1 - less, left *= 1 - less;
     pairs = dense_eigenpairs(reduced_stiffness(reduced), reduced_mass(reduced), count);
   }
   if (!pairs.converged)
     throw InputError(
         "tolerance: the mass that the modes leave on the interface is lost in round-off: the stiffness of the interior is too "
         "ill-conditioned; use less flat elements, or say how many modes are to be kept");
-  return {n_rigid, asked, pairs.lambda.cwiseMax(0.0), pairs.Phi.bottomRows(s.c())};
+  return {n_rigid, asked, pairs.lambda.cwiseMax(0.0), pairs.Phi.bottomRows(s.c()), 1 - left};
 }
 
 using Taken = std::vector<char>;  // 1 or 0 per candidate
@@ -77,21 +80,27 @@ std::vector<Index> rows(const Taken& taken, char value) {
 
 class Picker {
  public:
-  Picker(const Partition& p, const SparseCholesky& factor, const InterfaceMotions& motions, double tolerance)
-      : factor_(factor), motions_(motions), tolerance_(tolerance), p_(p) {}
+  Picker(const Partition& p, const SparseCholesky& factor, const Matrix& M_cc, const InterfaceMotions& motions, double tolerance)
+      : factor_(factor), M_cc_(M_cc), motions_(motions), tolerance_(tolerance), p_(p) {}
 
   void set_free_modes(FreeModes&& free) {
     free_ = std::move(free);
-    answer_ = interior_answer(p_, factor_, free_.U);
+    Y_.resize(p_.n_interior(), motions_.size() + free_.U.cols());
+    Y_ << motions_.Y, inertia_forces(p_, factor_, M_cc_, free_.U);
   }
 
   // From now on these are the candidates.
   void set_candidates(const FixedInterfaceModes& modes) {
+    const Index m = motions_.size(), f = free_.U.cols();
     lambda_ = modes.lambda;
-    rigid_ = lambda_.cwiseSqrt().cwiseInverse().asDiagonal() * Matrix(modes.Phi.transpose() * motions_.Y);
-    A_ = modes.Phi.transpose() * answer_.Y;
-    beyond_.D = answer_.E, beyond_.D_2 = answer_.E_2;
-    take_out(lambda_, A_, beyond_.D, beyond_.D_2);
+    const Matrix all = modes.Phi.transpose() * Y_;
+    rigid_ = lambda_.cwiseSqrt().cwiseInverse().asDiagonal() * all.leftCols(m);
+    A_ = all.rightCols(f);
+    LeftOfAnswer left{Matrix::Zero(m + f, m + f), Matrix::Zero(m + f, m + f)};
+    if (lambda_.size() < p_.n_interior())
+      left = left_of_answer(p_, factor_, {modes.Phi}, Vector(0), Matrix(p_.n_interior(), 0), Y_);
+    rigid_beyond_ = left.D.topLeftCorner(m, m);
+    beyond_.D = left.D.bottomRightCorner(f, f), beyond_.D_2 = left.D_2.bottomRightCorner(f, f);
     beyond_.beyond = lambda_.size() < p_.n_interior() ? lambda_.maxCoeff() : 0;
     beyond_.A.resize(0, A_.cols());
   }
@@ -99,7 +108,7 @@ class Picker {
   // Whether errors would be no more than aimed at, were all candidates taken.
   bool suffices() const {
     if (beyond_.beyond == 0) return true;
-    if (strain_left_out(motions_, rigid_).largest > tolerance_) return false;
+    if (strain_left_out(motions_, rigid_beyond_).largest > tolerance_) return false;
     return beyond_.beyond > near * free_.last_asked() && errors(beyond_).maxCoeff() <= aim * tolerance_;
   }
 
@@ -127,10 +136,11 @@ class Picker {
   // One by one the candidate that has most of the worst rigid acceleration's
   void pick_for_strain(Taken& taken) const {
     for (;;) {
-      const StrainLeftOut left = strain_left_out(motions_, rigid_(rows(taken, 1), Eigen::all));
+      const std::vector<Index> others = rows(taken, 0);
+      const Matrix not_taken = rigid_(others, Eigen::all);
+      const StrainLeftOut left = strain_left_out(motions_, rigid_beyond_ + not_taken.transpose() * not_taken);
       if (left.largest <= tolerance_) return;
       const Vector part = (rigid_.leftCols(InterfaceMotions::n_rigid) * left.worst).cwiseAbs2();
-      const std::vector<Index> others = rows(taken, 0);
       if (others.empty()) return;
       take(*std::max_element(others.begin(), others.end(), [&](Index i, Index j) { return part(i) < part(j); }), taken);
     }
@@ -172,15 +182,17 @@ class Picker {
   }
 
   const SparseCholesky& factor_;
+  const Matrix& M_cc_;
   const InterfaceMotions& motions_;
   const double tolerance_;
   const Partition& p_;
   FreeModes free_;
-  InteriorAnswer answer_;  // to the free modes
-  Vector lambda_;          // k, of the candidates
-  Matrix rigid_;           // k x m, Phi^T Y / sqrt(lambda)
-  Matrix A_;               // k x f, Phi^T Y of the free modes
-  MissingModes beyond_;    // what all candidates lack
+  Matrix Y_;             // n_I x (m + f), of the motions and the free modes
+  Vector lambda_;        // k, of the candidates
+  Matrix rigid_;         // k x m, Phi^T Y / sqrt(lambda)
+  Matrix rigid_beyond_;  // m x m, D of the motions, of what all candidates lack
+  Matrix A_;             // k x f, Phi^T Y of the free modes
+  MissingModes beyond_;  // what all candidates lack
 };
 
 FixedInterfaceModes some_of(const FixedInterfaceModes& all, const Taken& taken, char value) {
@@ -195,10 +207,10 @@ ModesOfTolerance modes_of_tolerance(const Partition& p, const SparseCholesky& fa
   ModesOfTolerance result;
   result.modes.Phi.resize(p.n_interior(), 0);
   result.modes.method = "none", result.modes.proven = true;
-  result.not_kept.M_kc.resize(0, p.n_interface());
+  result.not_kept.Phi.resize(p.n_interior(), 0);
   if (p.n_interior() == 0) return result;
   FixedInterfaceModes candidates = more_modes(p, factor, result.modes, first_candidates, report);
-  Picker picker(p, factor, motions, tolerance);
+  Picker picker(p, factor, s.M_cc, motions, tolerance);
   picker.set_free_modes(free_modes(p, s, part, candidates));
   picker.set_candidates(candidates);
   const auto enough_candidates = [&] {
@@ -213,6 +225,7 @@ ModesOfTolerance modes_of_tolerance(const Partition& p, const SparseCholesky& fa
     }
   };
   Taken taken;
+  double less = 0;
   for (bool first = true;; first = false) {
     enough_candidates();
     taken.resize(candidates.lambda.size(), 0);
@@ -220,14 +233,57 @@ ModesOfTolerance modes_of_tolerance(const Partition& p, const SparseCholesky& fa
     if (!first && more == taken) break;
     taken = std::move(more);
     result.modes = some_of(candidates, taken, 1);
-    picker.set_free_modes(free_modes(p, s, part, result.modes));
+    FreeModes free = free_modes(p, s, part, result.modes);
+    less = free.less;
+    picker.set_free_modes(std::move(free));
     picker.set_candidates(candidates);
   }
+  if (less > 0)
+    report.warning(format_text("tolerance: by round-off the modes couple more mass than the interface has: the free modes that they were "
+                               "picked for have %.1e of the coupling less; the stiffness of the interior is ill-conditioned: use less flat "
+                               "elements, or say how many modes are to be kept",
+                               less));
   result.n_candidates = candidates.lambda.size();
-  const FixedInterfaceModes others = some_of(candidates, taken, 0);
-  result.not_kept = {others.lambda, coupling_of_modes(p, others),
-                     result.n_candidates < p.n_interior() ? candidates.lambda(result.n_candidates - 1) : 0};
+  FixedInterfaceModes others = some_of(candidates, taken, 0);
+  result.not_kept.lambda = std::move(others.lambda), result.not_kept.Phi = std::move(others.Phi);
+  if (result.n_candidates < p.n_interior()) result.not_kept.beyond = candidates.lambda(result.n_candidates - 1);
   return result;
+}
+
+void judge_tolerance(double tolerance, double left_out, double mode_error, double condition, Report& report) {
+  constexpr double slack = 1e-6;
+  const double most = (1 + slack) * tolerance;
+  if (left_out <= most && mode_error <= most) return;
+  std::string what;
+  if (!(left_out <= most)) what = format_text("the modes leave %.2g of the strain energy under a rigid acceleration out", left_out);
+  if (!(mode_error <= most))
+    what += (what.empty() ? "" : ", and ") + format_text("one of the ten lowest eigenvalues is too high by %.2g", mode_error);
+  report.warning(format_text("tolerance: %g is not met: ", tolerance) + what +
+                 format_text(" (estimated): by round-off of a stiffness that is conditioned %.0e; take a larger tolerance, use less flat "
+                             "elements, or say how many modes are to be kept",
+                             condition));
+}
+
+ModesOfTolerance modes_of_tolerance(const Partition& p, const std::vector<ComponentPart>& parts, const Superelement& s, double tolerance,
+                                    Report& report) {
+  ModesOfTolerance all;
+  std::vector<FixedInterfaceModes> kept, others;
+  for (const ComponentPart& part : parts) {
+    const SparseCholesky factor(part.p.K_II);
+    const Superelement own = part_of(s, part);
+    const InterfaceMotions motions = interface_motions(part.p, factor, own, part.one());
+    ModesOfTolerance found = modes_of_tolerance(part.p, factor, motions, own, part.one(), tolerance, report);
+    all.n_candidates += found.n_candidates;
+    all.not_kept.beyond_of_part.push_back(found.not_kept.beyond);
+    if (const double beyond = found.not_kept.beyond; beyond > 0)
+      all.not_kept.beyond = all.not_kept.beyond > 0 ? std::min(all.not_kept.beyond, beyond) : beyond;
+    kept.push_back(std::move(found.modes));
+    others.push_back({std::move(found.not_kept.lambda), std::move(found.not_kept.Phi), "none", true});
+  }
+  all.modes = joined(parts, kept, p.n_interior());
+  FixedInterfaceModes dropped = joined(parts, others, p.n_interior());
+  all.not_kept.lambda = std::move(dropped.lambda), all.not_kept.Phi = std::move(dropped.Phi);
+  return all;
 }
 
 }  // namespace cbr

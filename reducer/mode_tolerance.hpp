@@ -31,4 +31,11 @@ struct ModesOfTolerance {
 ModesOfTolerance modes_of_tolerance(const Partition& p, const SparseCholesky& factor, const InterfaceMotions& motions,
                                     const Superelement& s, const std::vector<Index>& part, double tolerance, Report& report);
 
+// A warning where the figures of the reduction as it is in the end are above the tolerance. condition: of K_II, scaled.
+void judge_tolerance(double tolerance, double left_out, double mode_error, double condition, Report& report);
+
+// Of a component of several parts: of each by itself, its own rigid accelerations and its own ten modes.
+ModesOfTolerance modes_of_tolerance(const Partition& p, const std::vector<ComponentPart>& parts, const Superelement& s, double tolerance,
+                                    Report& report);
+
 }  // namespace cbr

@@ -175,11 +175,14 @@ void check_interface_holds(const Mesh& mesh, const FiniteElementModel& model, co
   for (std::size_t number = 0; number < found.size(); ++number) {
     const Part& part = found[number];
     if (part.interior.empty()) continue;
-    const std::string name = "the part of " + std::to_string(part.interior.size() + part.interface.size()) + " nodes with " +
-                             name_of_node(mesh, model.nodes[static_cast<std::size_t>(part.interior.front())]) +
-                             (n_parts > 1 ? " (one of " + std::to_string(n_parts) + " parts of the mesh)" : "");
+    // Looked for only when there is something to say of it: the name takes a walk through the mesh
+    const auto name = [&] {
+      return "the part of " + std::to_string(part.interior.size() + part.interface.size()) + " nodes with " +
+             name_of_node(mesh, model.nodes[static_cast<std::size_t>(part.interior.front())]) +
+             (n_parts > 1 ? " (one of " + std::to_string(n_parts) + " parts of the mesh)" : "");
+    };
     if (part.interface.empty()) {
-      throw InputError(name +
+      throw InputError(name() +
                        " is not connected to the interface: its interior would float; join it to the rest, leave it out "
                        "of the mesh, or put some of its nodes into the interface" +
                        coincidence(mesh, model, parts, static_cast<Index>(number)));
@@ -188,7 +191,7 @@ void check_interface_holds(const Mesh& mesh, const FiniteElementModel& model, co
     if (rank == 6) continue;
     throw InputError(
         "the interface has " + std::to_string(part.interface.size()) + " node" + (part.interface.size() > 1 ? "s" : "") + " on " +
-        name + ", not three that are off one line: the interior could turn freely about them; add nodes to " + "the interface");
+        name() + ", not three that are off one line: the interior could turn freely about them; add nodes to " + "the interface");
   }
 }
 

@@ -11,45 +11,16 @@
 #include "reducer/accuracy.hpp"
 #include "reducer/diagonal_form.hpp"
 #include "reducer/fixed_interface_modes.hpp"
-#include "reducer/interface_sets.hpp"
 #include "reducer/interior_loads.hpp"
 #include "reducer/mode_tolerance.hpp"
 #include "reducer/panel_memory.hpp"
 #include "reducer/partition.hpp"
+#include "reducer/reduction.hpp"
 
 namespace cbr {
 namespace {
 
 constexpr double singular_pivot = 1e-14;
-
-// What every step of one reduction works on.
-struct Reduction {
-  const Mesh& mesh;
-  const ReductionOptions& options;
-  const ReduceSettings& settings;
-  Report& report;
-  FiniteElementModel model;
-  Partition p;
-  std::vector<Index> part;  // per model node
-  Points x;                 // of the model's nodes
-  ReductionFigures figures;
-  ModesNotKept not_kept;
-};
-
-Index mesh_node(const Reduction& r, Index model_node) { return r.model.nodes[static_cast<std::size_t>(model_node)]; }
-
-std::string node_of_interior_dof(const Reduction& r, Index dof) {
-  const Index node = r.p.interior_nodes[static_cast<std::size_t>(dof / 3)];
-  return name_of_node(r.mesh, r.model.nodes[static_cast<std::size_t>(node)]) + " in " + "xyz"[dof % 3];
-}
-
-std::vector<Index> parts_of_nodes(const Reduction& r, const std::vector<Index>& nodes) {
-  std::vector<Index> part;
-  for (const Index node : nodes) part.push_back(r.part[static_cast<std::size_t>(node)]);
-  return part;
-}
-
-std::vector<Index> parts_of_interface(const Reduction& r) { return parts_of_nodes(r, r.p.interface_nodes); }
 
 SparseCholesky factorise(Reduction& r) {
   const auto phase = r.report.phase("factorisation");
@@ -96,7 +67,9 @@ FixedInterfaceModes modes_to_compute(Reduction& r, const SparseCholesky& factor)
   const Index candidates = n_mode_candidates(r.options.pick, wanted, n_I);
   const auto phase = r.report.phase("fixed-interface modes");
   r.report.progress("fixed-interface modes", 0);
-  FixedInterfaceModes modes = fixed_interface_modes(r.p, factor, candidates, r.report);
+  FixedInterfaceModes modes = has_parts(r) && candidates <= n_I
+                                  ? fixed_interface_modes_by_part(parts(r), n_I, candidates, r.report)
+                                  : fixed_interface_modes(r.p, factor, candidates, r.report);
   r.report.end_progress();
   if (r.options.cutoff_hz && wanted > 0) {
     const double cutoff = 2 * std::numbers::pi * *r.options.cutoff_hz;
@@ -111,14 +84,14 @@ FixedInterfaceModes modes_to_compute(Reduction& r, const SparseCholesky& factor)
 }
 
 void keep_modes(Reduction& r, FixedInterfaceModes& modes, Condensation& condensed) {
-  r.not_kept.M_kc.resize(0, r.p.n_interface());
+  r.not_kept.Phi.resize(r.p.n_interior(), 0);
   if (modes.lambda.size() > 0) r.not_kept.beyond = std::max(modes.next, modes.lambda(modes.lambda.size() - 1));
   if (r.options.pick != "participation" || modes.lambda.size() <= *r.options.modes) return;
   const std::vector<Index> kept = modes_by_participation(condensed.M_kc, *r.options.modes);
   std::vector<Index> others;
   for (Index j = 0; j < modes.lambda.size(); ++j)
     if (!std::binary_search(kept.begin(), kept.end(), j)) others.push_back(j);
-  r.not_kept.lambda = modes.lambda(others), r.not_kept.M_kc = condensed.M_kc(others, Eigen::all);
+  r.not_kept.lambda = modes.lambda(others), r.not_kept.Phi = modes.Phi(Eigen::all, others);
   modes.lambda = Vector(modes.lambda(kept));
   modes.Phi = Matrix(modes.Phi(Eigen::all, kept));
   condensed.M_kc = Matrix(condensed.M_kc(kept, Eigen::all));
@@ -127,7 +100,9 @@ void keep_modes(Reduction& r, FixedInterfaceModes& modes, Condensation& condense
 void pick_by_tolerance(Reduction& r, const SparseCholesky& factor, const InterfaceMotions& motions, const Superelement& s,
                        FixedInterfaceModes& modes, Condensation& condensed) {
   const auto phase = r.report.phase("fixed-interface modes");
-  ModesOfTolerance found = modes_of_tolerance(r.p, factor, motions, s, parts_of_interface(r), *r.options.tolerance, r.report);
+  ModesOfTolerance found = has_parts(r)
+                               ? modes_of_tolerance(r.p, parts(r), s, *r.options.tolerance, r.report)
+                               : modes_of_tolerance(r.p, factor, motions, s, parts_of_interface(r), *r.options.tolerance, r.report);
   r.figures.n_candidates = found.n_candidates;
   r.not_kept = std::move(found.not_kept);
   modes = std::move(found.modes);
@@ -135,65 +110,9 @@ void pick_by_tolerance(Reduction& r, const SparseCholesky& factor, const Interfa
   condensed.M_kc = mode_coupling(r.p, factor, modes.Phi, s.M_cc);
 }
 
-Points coordinates_of(const Reduction& r, const std::vector<Index>& nodes) {
-  Points x(static_cast<Index>(nodes.size()), 3);
-  for (Index i = 0; i < x.rows(); ++i) {
-    x.row(i) = r.mesh.coordinates.row(r.model.nodes[static_cast<std::size_t>(nodes[static_cast<std::size_t>(i)])]);
-  }
-  return x;
-}
-
-std::vector<Index> ids_of(const Reduction& r, const std::vector<Index>& nodes) {
-  std::vector<Index> ids;
-  for (const Index i : nodes) ids.push_back(r.mesh.node_ids[static_cast<std::size_t>(r.model.nodes[static_cast<std::size_t>(i)])]);
-  return ids;
-}
-
-// Mesh node -> its place in [interface nodes; interior nodes], or -1.
-std::vector<Index> places(const Reduction& r) {
-  std::vector<Index> place(r.mesh.node_ids.size(), -1);
-  Index next = 0;
-  for (const auto* nodes : {&r.p.interface_nodes, &r.p.interior_nodes}) {
-    for (const Index i : *nodes) place[static_cast<std::size_t>(r.model.nodes[static_cast<std::size_t>(i)])] = next++;
-  }
-  return place;
-}
-
-void add_recovery(const Reduction& r, Matrix&& Psi, Matrix&& Phi, Superelement& s) {
-  Superelement::Recovery recovery;
-  recovery.node_ids = ids_of(r, r.p.interior_nodes);
-  recovery.coordinates = coordinates_of(r, r.p.interior_nodes);
-  recovery.Psi = std::move(Psi);
-  recovery.Phi = std::move(Phi);
-  if (r.p.n_interior() == 0) recovery.Psi.resize(0, r.p.n_interface()), recovery.Phi.resize(0, s.k());
-  const std::vector<Index> place = places(r);
-  for (const auto& block : r.mesh.blocks) {
-    if (dimension(block.type) != 3) continue;
-    recovery.blocks.push_back(block);
-    for (Index& node : recovery.blocks.back().connectivity.reshaped()) node = place[static_cast<std::size_t>(node)];
-  }
-  s.recovery.push_back(std::move(recovery));
-}
-
-void describe_interface(const Reduction& r, Superelement& s) {
-  s.node_ids = ids_of(r, r.p.interface_nodes);
-  s.coordinates = coordinates_of(r, r.p.interface_nodes);
-  for (Index i = 0; i < r.p.n_interface(); ++i) {
-    s.dof_node.push_back(i / 3);
-    s.dof_component.push_back(static_cast<int>(i % 3));
-  }
-  std::vector<Index> place = places(r);
-  for (Index& i : place) i = i < static_cast<Index>(r.p.interface_nodes.size()) ? i : -1;
-  add_interface_sets(r.mesh, place, r.options.interface_sets, s);
-}
-
 void keep_figures(Reduction& r, const Superelement& s, MasslessFigures&& m) {
   r.figures.highest_frequency = std::sqrt(s.eigenvalues.maxCoeff()) / (2 * std::numbers::pi);
   r.figures.massless = std::move(m);
-}
-
-std::string node_of_interface_dof(const Reduction& r, Index dof) {
-  return name_of_node(r.mesh, mesh_node(r, r.p.interface_nodes[static_cast<std::size_t>(dof / 3)]));
 }
 
 void refuse_mechanism(Reduction& r, const Superelement& s) {
@@ -251,13 +170,26 @@ FixedInterfaceModes first_modes(Reduction& r, const SparseCholesky& factor) {
   return none;
 }
 
-Condensation condense_with(Reduction& r, const SparseCholesky& factor, const Matrix& Phi) {
+CondensationOptions condensation_options(const Reduction& r, const SparseCholesky& factor, const Matrix& Phi) {
   CondensationOptions options;
   options.memory = panel_memory(r.settings.memory, r.p, factor, Phi);
   options.way = r.settings.way;
   options.panel = r.settings.panel;
   options.keep_Psi = r.options.recovery;
   options.one_Psi = needs_one_Psi(r.figures.condition.K_II.scaled);
+  return options;
+}
+
+// M_kc by the Psi that K_cc and M_cc are made with, of modes that were not known then.
+void couple_again(Reduction& r, const SparseCholesky& factor, const Matrix& Phi, const Matrix& M_cc, Condensation& condensed) {
+  const auto phase = r.report.phase("condensation");
+  CondensationOptions options = condensation_options(r, factor, Phi);
+  options.panel = r.figures.panel;  // of which round-off depends
+  condensed.M_kc = mode_coupling_of_one_Psi(r.p, factor, Phi, M_cc, options, r.report);
+}
+
+Condensation condense_with(Reduction& r, const SparseCholesky& factor, const Matrix& Phi) {
+  const CondensationOptions options = condensation_options(r, factor, Phi);
   const auto phase = r.report.phase("condensation");
   const auto &inside = r.p.interior_nodes, &on_interface = r.p.interface_nodes;
   r.p.rigid = rigid_motions(r.p, coordinates_of(r, inside), parts_of_nodes(r, inside), 0, coordinates_of(r, on_interface),
@@ -275,7 +207,7 @@ void add_loads(Reduction& r, const SparseCholesky& factor, FixedInterfaceModes& 
   const InteriorLoads loads = interior_loads(r.mesh, r.model, r.p, r.options.loads);
   if (!loads.any()) return;
   const auto phase = r.report.phase("residual vectors");
-  s.n_residual = add_residual_vectors(r.p, factor, loads.F_I, modes);
+  s.n_residual = has_parts(r) ? add_residual_vectors(parts(r), loads.F_I, modes) : add_residual_vectors(r.p, factor, loads.F_I, modes);
   const Matrix more = mode_coupling(r.p, factor, modes.Phi.rightCols(s.n_residual), s.M_cc);
   condensed.M_kc.conservativeResize(modes.lambda.size(), r.p.n_interface());
   condensed.M_kc.bottomRows(s.n_residual) = more;
@@ -289,9 +221,12 @@ void take_matrices(Reduction& r, FixedInterfaceModes& modes, Condensation& conde
   if (own > 0) r.figures.highest_frequency = std::sqrt(s.eigenvalues.head(own).maxCoeff()) / (2 * std::numbers::pi);
 }
 
-void add_accuracy(Reduction& r, const SparseCholesky& factor, const InterfaceMotions& motions, Superelement& s) {
+void add_accuracy(Reduction& r, const SparseCholesky& factor, const InterfaceMotions& motions, const Matrix& Phi, Superelement& s) {
   const auto phase = r.report.phase("errors");
-  s.accuracy = accuracy_of(r.p, factor, motions, s, r.figures.condition.n_rigid, r.not_kept);
+  double worst_of_ten = 0;
+  s.accuracy = accuracy_of(r.p, factor, motions, s, Phi, r.figures.condition.n_rigid, r.not_kept, parts(r), &worst_of_ten);
+  if (r.options.tolerance)
+    judge_tolerance(*r.options.tolerance, s.accuracy->largest_left_out, worst_of_ten, r.figures.condition.K_II.scaled, r.report);
   s.accuracy->tolerance = r.options.tolerance.value_or(0);
 }
 
@@ -300,8 +235,8 @@ void condense_and_keep(Reduction& r, Superelement& s) {
   r.figures.factor_nonzeros = factor.n_nonzeros();
   r.figures.factor_flops = factor.flops();
   FixedInterfaceModes modes = first_modes(r, factor);
-  // From here on only its factor is needed, and the space may be; an inertia count of modes to come takes K_II itself
-  if (!r.options.tolerance) r.p.K_II = SparseMatrix(r.p.n_interior(), r.p.n_interior());
+  // From here on only its factor is needed, and the space may be; an inertia count of modes to come takes K_II itself, and so do parts
+  if (!r.options.tolerance && !has_parts(r)) r.p.K_II = SparseMatrix(r.p.n_interior(), r.p.n_interior());
   Condensation condensed = condense_with(r, factor, modes.Phi);
   r.figures.rigid = condensed.rigid;
   if (r.p.rigid.count() > 0) judge_rigid(condensed.rigid, r.figures.condition.K_II.scaled, r.figures.condition.weakest, r.report);
@@ -314,23 +249,20 @@ void condense_and_keep(Reduction& r, Superelement& s) {
     return make_fixed(r, s);
   }
   InterfaceMotions motions;
-  {
+  const bool judged = !r.options.is_characteristic() && !r.settings.is_domain;  // whose errors are told
+  if (judged || (r.options.tolerance && !has_parts(r))) {
     const auto phase = r.report.phase("errors");
     motions = interface_motions(r.p, factor, s, parts_of_interface(r));
   }
   if (r.options.tolerance) {
     pick_by_tolerance(r, factor, motions, s, modes, condensed);
-    if (needs_one_Psi(r.figures.condition.K_II.scaled)) condensed.M_kc = condense_with(r, factor, modes.Phi).M_kc;
+    if (needs_one_Psi(r.figures.condition.K_II.scaled)) couple_again(r, factor, modes.Phi, s.M_cc, condensed);
   }
   if (!r.options.loads.empty()) add_loads(r, factor, modes, condensed, s);
   take_matrices(r, modes, condensed, s);
-  r.figures.condition.reduced_rigid = r.figures.rigid.force;  // of K_cc before its round-off was projected away
-  require_free(r.figures.condition);
   r.figures.condition.reduced_rigid = rigid_residual(s.K_cc, reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c())).value;
-  if (!r.options.is_characteristic()) {
-    add_diagonal(r, s);
-    add_accuracy(r, factor, motions, s);
-  }
+  if (!r.options.is_characteristic()) add_diagonal(r, s);
+  if (judged) add_accuracy(r, factor, motions, modes.Phi, s);
   if (r.options.recovery) add_recovery(r, std::move(condensed.Psi), std::move(modes.Phi), s);
   if (r.options.is_characteristic()) make_shapes(r, s);
 }

@@ -34,7 +34,7 @@ DiagonalForm form_of_modes(const Superelement& s, const Matrix& V_c, const std::
   const auto differ = [&](auto block) { return (block(found) - block(mass)).norm() > 1e-6 * block(mass).norm(); };
   if ((V_c * E_s - R_s).norm() > 1e-8 * R_s.norm() || differ([](const Matrix& A) { return Matrix(A.topLeftCorner(3, 3)); }) ||
       differ([](const Matrix& A) { return Matrix(A.bottomRightCorner(3, 3)); }))
-    throw InputError(where + ": the rigid modes in " + dataset + " do not agree with /rigid_body");
+    throw InputError(where + ": the rigid modes in " + dataset + " do not agree with /rigid_body and /nodes/coordinates to 1e-6");
   // E^T E = R^T M R to the last digit: E <- E L_f^-T L^T
   const Eigen::LLT<Matrix> whole(mass), own(found);
   if (whole.info() == Eigen::Success && own.info() == Eigen::Success) {

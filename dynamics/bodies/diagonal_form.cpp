@@ -9,6 +9,7 @@
 
 #include "common/error.hpp"
 #include "common/linalg/eigenpairs.hpp"
+#include "common/superelement_check.hpp"
 
 namespace cbr {
 namespace {
@@ -118,15 +119,18 @@ bool use_exact_rigid_modes(const Matrix& R, const RigidBody& body, DiagonalForm&
 void refuse_rigid_modes(const std::string& where) {
   throw InputError(
       where +
-      ": /nodes/coordinates, /rigid_body and the rigid modes of /diagonal or the matrices do not agree: the reduction was "
+      ": /nodes/coordinates, /rigid_body and the rigid modes of /diagonal or the matrices do not agree to 1e-6, as a run in modal "
+      "coordinates needs: the reduction was "
       "too ill-conditioned (heed the warnings of cbr-reduce), or the file was changed (cbr-reduce --force makes it anew), or the "
       "density of a skin is beyond a double beside the part");
 }
 
-Matrix free_rigid_motions(const Matrix& R, const RigidBody& body, const IndexTable& rows, const std::vector<HeldDirection>& held) {
-  Matrix C(static_cast<Index>(held.size()), 6);  // C x = held displacements of the rigid motion R x
+Matrix free_rigid_motions(const Matrix& R, const RigidBody& body, const IndexTable& rows, const std::vector<HeldDirection>& held,
+                          const Matrix& resisted) {
+  const auto n_held = static_cast<Index>(held.size());
+  Matrix C(n_held + resisted.rows(), 6);  // C x = held displacements of the rigid motion R x, and what is resisted
   const double size = 1 / rigid_scales(body)(5);
-  for (Index i = 0; i < C.rows(); ++i) {
+  for (Index i = 0; i < n_held; ++i) {
     C.row(i).setZero();
     for (int c = 0; c < 3; ++c) {
       const Index row = rows(held[i].node, c);
@@ -134,6 +138,7 @@ Matrix free_rigid_motions(const Matrix& R, const RigidBody& body, const IndexTab
     }
     C.row(i).tail<3>() /= size;  // rotations in units of length, so that one rank tolerance serves both
   }
+  C.bottomRows(resisted.rows()) = resisted;
   if (C.rows() == 0) return Matrix::Identity(6, 6);
   Eigen::FullPivLU<Matrix> lu(C);
   lu.setThreshold(1e-9);
@@ -143,8 +148,9 @@ Matrix free_rigid_motions(const Matrix& R, const RigidBody& body, const IndexTab
   return kernel;
 }
 
-Index n_free_rigid_motions(const Matrix& R, const RigidBody& body, const IndexTable& rows, const std::vector<HeldDirection>& held) {
-  return free_rigid_motions(R, body, rows, held).cols();
+Index n_free_rigid_motions(const Matrix& R, const RigidBody& body, const IndexTable& rows, const std::vector<HeldDirection>& held,
+                           const Matrix& resisted) {
+  return free_rigid_motions(R, body, rows, held, resisted).cols();
 }
 
 Matrix3 complete_basis(const std::vector<Vector3>& directions) {
@@ -160,6 +166,15 @@ IndexTable displacement_rows(const Superelement& s) {
   return rows;
 }
 
+namespace {
+
+Matrix resisted(const Superelement& s) { return resisted_rigid_motions(s, 1 / rigid_scales(s.rigid_body)(5)); }
+
+// Combinations of the rigid motions R that the stiffness lets move   (6 x r)
+Matrix free_of_stiffness(const Superelement& s) { return free_rigid_motions({}, s.rigid_body, {}, {}, resisted(s)); }
+
+}  // namespace
+
 DiagonalForm free_diagonal_form(Superelement& s, const std::string& where) {
   DiagonalForm form;
   const Matrix R = reduced_rigid_modes(s, s.rigid_body.center);
@@ -170,18 +185,22 @@ DiagonalForm free_diagonal_form(Superelement& s, const std::string& where) {
     s.omega.resize(0), s.V.resize(0, 0);
   } else {
     const Matrix K = reduced_stiffness(s);
-    const Matrix R_s = R * rigid_scales(s.rigid_body).asDiagonal();
-    const bool free = (K * R_s).norm() <= 1e-8 * K.norm() * R_s.norm();
-    const bool known = free && Eigen::ColPivHouseholderQR<Matrix>(R_s).rank() == 6;
-    Eigenpairs pairs = dense_eigenpairs_beside(K, reduced_mass(s), known ? R : Matrix(s.n(), 0));
+    const Matrix N = R * free_of_stiffness(s);  // all six, or what is free of a part that is held inside
+    const Matrix N_1 = N.colwise().normalized();
+    const bool known = N.cols() > 0 && Eigen::ColPivHouseholderQR<Matrix>(N_1).rank() == N.cols();
+    Eigenpairs pairs = dense_eigenpairs_beside(K, reduced_mass(s), known ? N : Matrix(s.n(), 0));
     require_converged(pairs, s.n(), where);
-    take_frequencies(pairs.lambda, free ? 6 : 0, form);
+    take_frequencies(pairs.lambda, N.cols(), form);
     form.V = std::move(pairs.Phi);
   }
   if (use_exact_rigid_modes(R, s.rigid_body, form)) return form;
-  if (form.n_rigid >= 6 || s.M_cc.rows() != s.c()) refuse_rigid_modes(where);
-  // E = V^T M^ R   (n x 6)
-  form.E.noalias() = form.V.transpose() * mass_times_rigid(s, R);
+  if (form.n_rigid >= 6) refuse_rigid_modes(where);
+  // E = V^T M^ R = V^-1 R   (n x 6)
+  if (s.M_cc.rows() == s.c()) {
+    form.E.noalias() = form.V.transpose() * mass_times_rigid(s, R);
+  } else {
+    form.E = Matrix(form.V).partialPivLu().solve(R);
+  }
   return form;
 }
 
@@ -197,7 +216,7 @@ DiagonalForm held_diagonal_form(const Superelement& s, const std::vector<HeldDir
   M.bottomRightCorner(Z.cols(), Z.cols()) = Z.transpose() * M_Z;
   M.topRightCorner(k, Z.cols()) = s.M_kc * Z;
   M.bottomLeftCorner(Z.cols(), k) = M.topRightCorner(k, Z.cols()).transpose();
-  const Matrix N = free_rigid_motions(R, s.rigid_body, displacement_rows(s), held);
+  const Matrix N = free_rigid_motions(R, s.rigid_body, displacement_rows(s), held, resisted(s));
   Matrix R_f = Matrix::Zero(n, N.cols());
   if (N.cols() > 0) R_f.bottomRows(Z.cols()) = Z.transpose() * (R.bottomRows(s.c()) * N);
   const Eigenpairs pairs = dense_eigenpairs_beside(std::move(K), std::move(M), R_f);

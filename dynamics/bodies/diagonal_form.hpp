@@ -32,7 +32,7 @@ struct HeldDirection {
 // Orthonormal basis of space whose first columns span `directions` (at most three, orthogonal): the rest is what they leave free.
 Matrix3 complete_basis(const std::vector<Vector3>& directions);
 
-// Of a free superelement: the stored form when there is one (taken out of `superelement`), else LAPACK on the reduced matrices.
+// Of a superelement without held directions, free or held inside: the stored form when there is one (taken out of `superelement`), else LAPACK on the reduced matrices.
 // The rigid modes are replaced by exact rigid motions, so that impulses change the momentum by exactly their sum.
 // RunError when the eigenvalue problem fails (reduced mass not positive definite), InputError when rigid modes, nodes and mass of a
 // free body do not agree, named by `where`.
@@ -55,9 +55,12 @@ bool use_exact_rigid_modes(const Matrix& R, const RigidBody& body, DiagonalForm&
 SparseMatrix free_interface_basis(const Superelement& superelement, const std::vector<HeldDirection>& held);
 // The independent rigid motions that move no held direction, as combinations of R's columns (6 x r); rows(node, component): of R,
 // -1 for none.
-Matrix free_rigid_motions(const Matrix& R, const RigidBody& body, const IndexTable& rows, const std::vector<HeldDirection>& held);
+// resisted (r x 6): more that are not free (resisted_rigid_motions() of size 1 / rigid_scales(body)(5)).
+Matrix free_rigid_motions(const Matrix& R, const RigidBody& body, const IndexTable& rows, const std::vector<HeldDirection>& held,
+                          const Matrix& resisted = Matrix(0, 6));
 // How many there are.
-Index n_free_rigid_motions(const Matrix& R, const RigidBody& body, const IndexTable& rows, const std::vector<HeldDirection>& held);
+Index n_free_rigid_motions(const Matrix& R, const RigidBody& body, const IndexTable& rows, const std::vector<HeldDirection>& held,
+                           const Matrix& resisted = Matrix(0, 6));
 
 // Row of V of each node and component, n_nodes x 3; -1 where the superelement has no such dof.
 IndexTable displacement_rows(const Superelement& superelement);

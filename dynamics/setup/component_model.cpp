@@ -251,6 +251,9 @@ ReducedComponent read_reduced(const SceneIndex& index, const Component& componen
   }
   if (!options.half_modes) tell_conditioning(component, reduced, report);
   const std::string file = component.reduction->superelement.string();
+  if (reduced.superelement && is_held_inside(*reduced.superelement))
+    report.warning("component '" + component.name + "': the stiffness in " + file +
+                   " resists rigid translations: the part is taken as held to the ground inside, its instances cannot fly");
   if (reduced.superelement && !reduced.superelement->has_interface_matrices()) {
     const auto phase = report.phase("setup");
     for (const Instance* instance : instances_of(index.scene(), component, InstanceKind::superelement))

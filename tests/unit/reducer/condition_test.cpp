@@ -264,6 +264,58 @@ TEST(Conditioning, WhatIsNotComputedIsNotTold) {
     EXPECT_NE(text.find(line), std::string::npos) << line;
 }
 
+// A soft half, held by the interface at x_min, and a stiff one: by round-off of the stiff one the interior lags behind, by 5e-4 at a
+// ratio of 1e10 and more than the body itself at 1e14.
+Superelement soft_and_stiff(double ratio, const std::string& basis, Report& report) {
+  Mesh mesh = box_mesh({{8, 3, 3}, {2, 1, 1}, {0, 0, 0}, 0});
+  Block& first = mesh.blocks[0];
+  Block second = first;
+  second.name = "stiff", second.id = 2;
+  std::vector<Index> row(first.connectivity.rows()), rows[2];
+  for (Index e = 0; e < first.connectivity.rows(); ++e) {
+    auto& half = rows[e % 8 < 4 ? 0 : 1];
+    row[e] = static_cast<Index>(half.size());
+    half.push_back(e);
+  }
+  second.connectivity = IndexTable(first.connectivity(rows[1], Eigen::all));
+  first.connectivity = IndexTable(first.connectivity(rows[0], Eigen::all));
+  second.element_ids.resize(rows[1].size());
+  for (std::size_t i = 0; i < rows[1].size(); ++i) second.element_ids[i] = first.element_ids[rows[1][i]];
+  first.element_ids.resize(rows[0].size());
+  for (std::size_t i = 0; i < rows[0].size(); ++i) first.element_ids[i] = rows[0][i] + 1;
+  mesh.blocks.push_back(second);
+  Sideset face = mesh.sidesets.at(0);
+  for (Side& side : face.sides) side.element = row[side.element];
+  mesh.sidesets = {face};
+  mesh.nodesets.clear();
+  ReductionOptions options;
+  options.interface_sets = {face.name};
+  options.modes = basis == "massless" ? 30 : 384, options.basis = basis;
+  if (basis == "characteristic") options.characteristic.modes = 30;
+  const BlockProperties a{{1 / ratio, 0.3, 1 / ratio}, Hex8Formulation::incompatible};
+  const BlockProperties b{{1, 0.3, 8 / ratio}, Hex8Formulation::incompatible};
+  return reduce(mesh, {a, b}, MassKind::lumped, options, {}, report);
+}
+
+// One criterion for all forms. The lowest frequencies, whose soft half alone is bent, do not depend on the ratio beyond 1e6 but for
+// 1e-6 of them.
+TEST(Conditioning, StiffPartsAreRefusedWhereAllIsLostAndByAllFormsAlike) {
+  Report report("test", Verbosity::quiet);
+  for (const std::string basis : {"craig-bampton", "massless", "characteristic"}) {
+    const auto lowest = [&](double ratio) {
+      const Superelement s = soft_and_stiff(ratio, basis, report);
+      return s.has_diagonal_form() ? Vector(s.omega.segment(6, 3)) : Vector(s.eigenvalues.segment(6, 3).cwiseSqrt());
+    };
+    testing::internal::CaptureStderr();
+    const Vector known = lowest(1e6), found = lowest(1e10);
+    EXPECT_NE(testing::internal::GetCapturedStderr().find("which is put right"), std::string::npos) << basis;
+    EXPECT_LT((found - known).cwiseQuotient(known).cwiseAbs().maxCoeff(), 6e-5) << basis;  // 1.5e-5 is measured
+    testing::internal::CaptureStderr();
+    EXPECT_THROW(soft_and_stiff(1e14, basis, report), InputError) << basis;
+    EXPECT_EQ(testing::internal::GetCapturedStderr().find("put right"), std::string::npos) << basis;
+  }
+}
+
 TEST(UnjoinedParts, NodesOfTwoPartsAtOnePlaceAreTold) {
   const Mesh first = box_mesh({{2, 2, 2}, {2, 2, 2}, {0, 0, 0}, 0});
   const auto told = [](const Mesh& mesh) {

@@ -115,7 +115,8 @@ TEST_P(ThinSheet, FrequenciesAreThoseOfTheFullModel) {
   const Vector found = s.omega.segment(6, 4).cwiseAbs2();
   // The assembled K itself is known to 1e-16 of its largest eigenvalue, which grows as 1 / t^4 beside the lowest
   const double known = 1e-16 * model.K.diagonal().maxCoeff() / model.M.diagonal().minCoeff() / full(0);
-  EXPECT_LT((found - full).cwiseQuotient(full).cwiseAbs().maxCoeff(), 100 * known + 1e-11) << known;
+  // 0.6 to 5.3 times that is measured
+  EXPECT_LT((found - full).cwiseQuotient(full).cwiseAbs().maxCoeff(), 20 * known + 1e-11) << known;
 }
 
 TEST(ThinSheets, OfSeveralPartsEachFollowsItsOwn) {
