@@ -128,7 +128,9 @@ TEST(SingularFriction, VeryLittleAndVeryMuch) {
       EXPECT_LT(result.iterations, 500) << friction;
       const Verdict v = judge(problem.W, problem.laws, problem.g, result);
       EXPECT_LT(v.gap, 1e-9);
-      if (friction < 1) EXPECT_LT(result.residual, 1e-9) << friction;
+      if (friction < 1) {
+        EXPECT_LT(result.residual, 1e-9) << friction;
+      }
       // What has solved one right-hand side is not forgotten by another
       if (!solver.W_is_singular()) continue;
       solver.solve(-problem.g, Vector());
