@@ -3,14 +3,33 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <utility>
+
+#include "dynamics/contact/dense_panels.hpp"
 
 namespace cbr {
 namespace {
 
 constexpr double weakest_pivot = 1e-13;  // of a unit diagonal
+// What may be left of A beyond it, in a product with ones of either sign: round-off leaves 1e-12.
+constexpr double most_left = 1e-9;
+// Of H: beside the identity in the system the point takes no part in it; in the step itself it does.
+constexpr double no_part = 1e-12;
 
-// A = L L^T   (m x r), A symmetric positive semi-definite; false when r passes `most`.
+// Whether A = L L^T: a negative eigenvalue shows in what is left beside the diagonal, on which it ends the pivots like a zero.
+bool is_product(const Matrix& A, const Matrix& L) {
+  Vector signs(A.rows());
+  std::uint32_t state = 1;
+  for (double& sign : signs) {
+    state = 1664525u * state + 1013904223u;
+    sign = (state >> 31) != 0 ? 1.0 : -1.0;
+  }
+  const Vector left = symmetric_product(A, signs) - L * (L.transpose() * signs);
+  return left.lpNorm<Eigen::Infinity>() <= most_left;
+}
+
+// A = L L^T   (m x r), A symmetric positive semi-definite; false when it is not, or r passes `most`.
 bool pivoted_cholesky(const Matrix& A, Index most, Matrix& L) {
   const Index m = A.rows();
   Vector left = A.diagonal();  // of A - L L^T
@@ -20,7 +39,7 @@ bool pivoted_cholesky(const Matrix& A, Index most, Matrix& L) {
     const double largest = left.maxCoeff(&pivot);
     if (!(largest > weakest_pivot)) {
       L.conservativeResize(Eigen::NoChange, r);
-      return true;
+      return is_product(A, L);
     }
     if (r == most) return false;
     L.col(r) = (A.col(pivot) - L.leftCols(r) * L.row(pivot).head(r).transpose()) / std::sqrt(largest);
@@ -120,13 +139,34 @@ double violation(const ConeProblem& cones, const ConeGaps& gaps, Points p) {
   return largest;
 }
 
+Matrix3 projection_derivative(const ConeProblem& cones, Index i, const Vector3& tau) {
+  if (cones.tied[i] != 0) return Matrix3::Identity();
+  Matrix3 D = Matrix3::Zero();
+  if (!(tau[0] > 0)) return D;
+  const double mu = cones.friction[i], limit = mu * tau[0], length = std::hypot(tau[1], tau[2]);
+  if (length <= limit) return Matrix3::Identity();
+  const Eigen::Vector2d d = tau.tail<2>() / length;
+  D(0, 0) = 1;
+  D.block<2, 2>(1, 1) = limit / length * (Eigen::Matrix2d::Identity() - d * d.transpose());
+  D.block<2, 1>(1, 0) = mu * d;
+  return D;
+}
+
 ConeSystem::ConeSystem(const ConeProblem& cones, const std::vector<Matrix3>& H) : cones_(cones) {
   const Index r = cones.rank();
-  Matrix HL(cones.L.rows(), r);
+  std::vector<Index> on;
+  for (Index i = 0; i < cones.n_points(); ++i)
+    if (!(H[i].cwiseAbs().maxCoeff() <= no_part)) on.push_back(i);
+  const Index n = static_cast<Index>(on.size());
+  Matrix L(3 * n, r), HL(3 * n, r);  // rows of those points
   for (Index j = 0; j < r; ++j)
-    for (Index i = 0; i < cones.n_points(); ++i) HL.col(j).segment<3>(3 * i) = H[i] * cones.L.col(j).segment<3>(3 * i);
+    for (Index a = 0; a < n; ++a) {
+      const Vector3 l = cones.L.col(j).segment<3>(3 * on[a]);
+      L.col(j).segment<3>(3 * a) = l;
+      HL.col(j).segment<3>(3 * a).noalias() = H[on[a]] * l;
+    }
   Matrix K = Matrix::Identity(r, r);
-  K.noalias() += cones.L.transpose() * HL;
+  if (n > 0) K.noalias() += L.transpose() * HL;
   if (!K.allFinite()) return;
   factor_.compute(K);
   ok_ = true;

@@ -22,7 +22,7 @@ struct ConeProblem {
 };
 
 // By Cholesky's factorisation with pivots, down to 1e-13 of the diagonal (of `problem`, dense). No columns when more than
-// `most_columns` would be needed.
+// `most_columns` would be needed, or when W is not positive semi-definite.
 ConeProblem cone_problem(const ContactProblem& problem, Index most_columns);
 
 // One right-hand side: g (n x 3) scaled, its largest entry 1; `weight`: what a scaled length of a point is as a share of the
@@ -43,10 +43,13 @@ Points scaled(const ContactProblem& problem, const ConeProblem& cones, const Con
 Points response_gap(const ConeProblem& cones, const Points& g, const Points& p);
 // The nearest impulses that the laws allow, as project() has it.
 void project(const ConeProblem& cones, Points& p);
+// Of the projection of point i, by what is projected (3 x 3): one of its generalised derivatives on edges.
+Matrix3 projection_derivative(const ConeProblem& cones, Index i, const Vector3& tau);
 // Largest violation of a law by p after its projection, as a share of the largest |g|: see law_violations.
 double violation(const ConeProblem& cones, const ConeGaps& gaps, Points p);
 
-// dp = b - H L q per point, where q = L^T dp - r is sought: (I + L^T H L) q = L^T b - r.
+// dp = b - H L q per point, where q = L^T dp - r is sought: (I + L^T H L) q = L^T b - r. Points with H = 0 cost
+// nothing.
 class ConeSystem {
  public:
   ConeSystem(const ConeProblem& cones, const std::vector<Matrix3>& H);

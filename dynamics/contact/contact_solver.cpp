@@ -25,9 +25,10 @@ constexpr double aim = 1e-12, enough = 1e-10;
 // Of the active set that takes one point at a time, and up to how many of them.
 constexpr double basic_aim = 1e-11;
 constexpr Index basic_rows = 1500;
-// Rows and rank up to which a singular W with friction is solved in the coordinates that it feels; what is good enough then.
+// Rows and rank up to which a singular W with friction is solved in the coordinates that it feels; what no other method betters
+// then.
 constexpr Index cone_rows = 6000, cone_rank = 600;
-constexpr double enough_of_cones = 1e-8;
+constexpr double enough_of_cones = 1e-6;
 // Rows from which Krylov methods are faster than factors: docs/decisions/contact-solver.md.
 constexpr Index krylov_rows = 128;
 // Where a factor is still tried when Krylov methods fail, by rows (dense) or entries of W (sparse): seconds, not minutes, in all.
@@ -41,6 +42,11 @@ constexpr int proximal_steps = 15;
 
 bool has_friction(const ContactProblem& problem) {
   return std::any_of(problem.laws.begin(), problem.laws.end(), [](const PointLaw& law) { return law.law == ContactLaw::coulomb; });
+}
+
+bool all_frictionless(const ContactProblem& problem) {
+  return std::all_of(problem.laws.begin(), problem.laws.end(),
+                     [](const PointLaw& law) { return law.law == ContactLaw::frictionless; });
 }
 
 LinearSolver first_choice(const ContactProblem& problem) {
@@ -147,22 +153,24 @@ class Methods {
     best.offer(problem_, scale, std::move(p), std::move(gap), residual);
   }
 
-  // Of a dense W with friction: false when it is regular, or too large.
+  // Of a dense W with friction: false when it is regular, too large, or the impulses are not good enough.
   bool cones(const Vector& g, const Vector& guess, double scale, Best& best) {
     if (problem_.W.is_sparse || problem_.n_rows() > cone_rows) return false;
     if (!cones_) cones_ = cone_problem(problem_, std::min(cone_rank, problem_.n_rows() - 1));
     if (cones_->rank() == 0) return false;
     ConeImpulses found = cone_impulses(problem_, *cones_, g, guess, enough * scale);
     best.iterations += found.steps;
-    cones_first_ = found.residual <= enough_of_cones * scale;
+    const bool good = found.residual <= enough_of_cones * scale;
+    cones_first_ = cones_first_ || good;  // one failure does not make W regular
     best.offer(problem_, scale, std::move(found.p), std::move(found.gap), found.residual);
-    return cones_first_;
+    return good;
   }
   bool cones_first() const { return cones_first_; }
-  void begin_with_cones() { cones_first_ = true; }
+  bool singular_with_friction() const { return cones_ && cones_->rank() > 0; }
+  void begin_as(const Methods& other) { basic_first_ = other.basic_first_, cones_first_ = other.cones_first_; }
 
-  bool basic_first() const { return basic_first_; }
-  // Of a dense W.
+  bool basic_first() const { return basic_first_ && !problem_.W.is_sparse && all_frictionless(problem_); }
+  // Of a dense W without friction or ties.
   void basic(const Vector& g, double scale, Best& best) {
     BasicImpulses basic = basic_impulses(problem_, g, basic_aim * scale);
     basic_first_ = basic.found && basic.singular;
@@ -209,9 +217,7 @@ void attempt(Methods& methods, const Vector& g, const Vector& guess, double scal
 // Without friction the impulses minimise an energy: descend, then let Newton take the set that was found to round-off.
 void descend(Methods& methods, const Vector& g, double scale, Best& best) {
   const ContactProblem& problem = methods.problem();
-  const bool all_free = std::all_of(problem.laws.begin(), problem.laws.end(),
-                                    [](const PointLaw& law) { return law.law == ContactLaw::frictionless; });
-  if (all_free && !problem.W.is_sparse && problem.n_rows() <= basic_rows) methods.basic(g, scale, best);
+  if (all_frictionless(problem) && !problem.W.is_sparse && problem.n_rows() <= basic_rows) methods.basic(g, scale, best);
   if (best.done()) return;
   methods.gradients(g, Vector::Zero(g.size()), scale, best);
   if (best.done() || !can_factor(methods.problem())) return;
@@ -238,13 +244,14 @@ void let_friction_grow(Methods& methods, const Vector& g, double scale, Best& be
 }
 
 void sweep_and_attempt(Methods& methods, const Vector& g, double scale, Best& best) {
-  const bool factor = can_factor(methods.problem());
-  for (int n = first_retry; n <= most_sweeps && !best.done(); n *= 3) {
+  const bool factor = can_factor(methods.problem()), singular = methods.singular_with_friction();
+  const int most = singular ? first_retry : most_sweeps;  // where Newton cycles, more sweeps do not help it
+  for (int n = first_retry; n <= most && !best.done(); n *= 3) {
     methods.sweep(g, best.p, n, scale, best);
     if (best.done()) return;
     const Best start = best;
     methods.newton(g, start.p, start.gap, factor ? LinearSolver::factor : LinearSolver::krylov, retry_iterations, scale, best);
-    if (!best.done() && factor && n == first_retry) let_friction_grow(methods, g, scale, best);
+    if (!best.done() && factor && !singular && n == first_retry) let_friction_grow(methods, g, scale, best);
   }
 }
 
@@ -312,13 +319,13 @@ void ContactSolver::renumber(GapResponse W, std::vector<PointLaw> laws, const st
 
 void ContactSolver::keep_state(StateArchive& archive) { impl_->methods.keep_state(archive); }
 
-bool ContactSolver::begins_with_cones() const { return impl_->methods.cones_first(); }
+bool ContactSolver::W_is_singular() const { return impl_->methods.cones_first() || impl_->methods.basic_first(); }
 
-void ContactSolver::begin_with_cones() { impl_->methods.begin_with_cones(); }
+void ContactSolver::begin_as(const ContactSolver& other) { impl_->methods.begin_as(other.impl_->methods); }
 
 Index ContactSolver::n_factored() const { return impl_->methods.n_factored(); }
 
-ContactSolution ContactSolver::solve(const Vector& g, const Vector& guess) {
+ContactSolution ContactSolver::solve(const Vector& g, const Vector& guess, Effort effort) {
   Methods& methods = impl_->methods;
   const double scale = g.size() > 0 ? g.lpNorm<Eigen::Infinity>() : 0;
   const Vector none = Vector::Zero(g.size());
@@ -328,15 +335,15 @@ ContactSolution ContactSolver::solve(const Vector& g, const Vector& guess) {
   if (!(scale > 0) || law_violations(methods.problem(), none, g).isZero(0)) return {none, g};
   Best best(g);
   if (methods.basic_first()) methods.basic(g, scale, best);
-  bool good = methods.cones_first() && methods.cones(g, guess, scale, best);
+  const bool cones_first = methods.cones_first();
+  const bool good = cones_first && methods.cones(g, guess, scale, best);
   if (!best.done() && !good) attempt(methods, g, guess, scale, best);
   ContactSolution solution;
   if (!best.done() && !good) {
     solution.fallback = true;
-    if (methods.friction()) {
-      good = methods.cones(g, guess, scale, best);
-      if (!good) sweep_and_attempt(methods, g, scale, best);
-    } else {
+    if (effort == Effort::all && methods.friction()) {
+      if (cones_first || !methods.cones(g, guess, scale, best)) sweep_and_attempt(methods, g, scale, best);
+    } else if (effort == Effort::all) {
       descend(methods, g, scale, best);
       if (best.residual > 1e-7 * scale) forgive(methods, g, scale, best);
     }

@@ -26,6 +26,9 @@ struct ContactSolution {
   bool fallback = false;  // Newton's first attempt failed; see the .cpp for what comes then
 };
 
+// `first_methods`: ends where ContactSolution::fallback says that they failed, as for a W that may be formed anew instead.
+enum class Effort : char { all, first_methods };
+
 // Holds W and what it has factored, for as long as W stands.
 class ContactSolver {
  public:
@@ -36,16 +39,16 @@ class ContactSolver {
 
   const GapResponse& W() const;
   // `guess`: impulses of the last step (same rows), or empty: where to start from.
-  ContactSolution solve(const Vector& g, const Vector& guess);
+  ContactSolution solve(const Vector& g, const Vector& guess, Effort effort = Effort::all);
   // Largest violation of a law, a length (see ContactSolution::residual); `gap` need not be that of W and p.
   double largest_violation(const Vector& p, const Vector& gap) const;
   // Other points: i was point from[i] before, with the same law and entries of W, or is new (-1). What was factored is adapted.
   void renumber(GapResponse W, std::vector<PointLaw> laws, const std::vector<Index>& from);
   void keep_state(StateArchive& archive);
-  // Another W of the same bodies begins with the method that a singular one with friction needed before.
-  bool begins_with_cones() const;
-  void begin_with_cones();
-  Index n_factored() const;  // dense symmetric factors so far that were not adapted from the one before
+  // Another W of the same bodies begins with the methods that a singular one needed before.
+  void begin_as(const ContactSolver& other);
+  bool W_is_singular() const;  // as far as a solution has needed to know
+  Index n_factored() const;    // dense symmetric factors so far that were not adapted from the one before
 
  private:
   struct Impl;

@@ -48,9 +48,9 @@ struct ImpulseStep {
 
 void form(const ImpulseStep& step, double h, const std::vector<ContactBody>& bodies, ImpulseMemory& memory) {
   memory.rows = step.list, memory.laws = step.laws, memory.h = h;
-  const bool cones = memory.solver && memory.solver->begins_with_cones();
-  memory.solver.emplace(gap_response(step.list, step.laws, bodies), step.laws);
-  if (cones) memory.solver->begin_with_cones();
+  ContactSolver solver(gap_response(step.list, step.laws, bodies), step.laws);
+  if (memory.solver) solver.begin_as(*memory.solver);
+  memory.solver = std::move(solver);
   fill_keys(step.list, step.laws, memory.keys);
   memory.defects.clear();
   memory.extra = 0;
@@ -109,9 +109,12 @@ void change_points(const ImpulseStep& step, const std::vector<Index>& from, cons
   ++memory.n_changed;
 }
 
-// Whether W_0 may serve: dense, large enough, of about the same points; they are those of the step then.
+// Whether W_0 may serve: dense, regular, large enough, of about the same points; they are those of the step then.
 bool keep(const ImpulseStep& step, const std::vector<ContactBody>& bodies, ImpulseMemory& memory) {
   if (memory.solver->W().is_sparse || step.g.size() < memory.options.least_rows || !step.g.allFinite()) return false;
+  // A solution is dearer than W then, with friction it ends short of what a correction needs, and rows of two geometries beside
+  // each other make no semi-definite W where it has no rank to spare
+  if (memory.solver->W_is_singular()) return false;
   if (memory.wait > 0) {
     --memory.wait;
     return false;
@@ -142,7 +145,7 @@ ContactSolution solve_with_model(const ImpulseStep& step, const Vector& guess, d
   // With friction a solution is dearer than a product
   const int most = memory.defects.empty() || has_friction(step.laws) ? 1 : most_solutions;
   for (int i = 0; i < most; ++i) {
-    solution = memory.solver->solve(step.g + taken, i == 0 ? guess : solution.p);
+    solution = memory.solver->solve(step.g + taken, i == 0 ? guess : solution.p, Effort::first_methods);
     if (i + 1 == most || solution.fallback) break;
     memory.defects.predict(solution.p, expected);
     if ((expected - taken).lpNorm<Eigen::Infinity>() <= enough) break;

@@ -13,6 +13,7 @@ constexpr int most_steps = 60, most_idle = 15;
 constexpr double tied_shift = 1e-8;  // stands in for what is singular among tied rows; each step takes it back
 constexpr double least_centring = 0.01, short_step = 0.2, shortest_step = 1e-8, damping = 0.1;
 constexpr double end_of_path = 1e-17;
+constexpr double least_friction = 1e-6;  // scaled cones below lose all digits; proximal Newton takes the true one
 
 Vector3 reflected(const Vector3& x) { return {x[0], -x[1], -x[2]}; }
 
@@ -76,12 +77,12 @@ struct Scaling {
 
 class Path {
  public:
-  Path(const ConeProblem& cones, const ConeGaps& gaps, SlipDerivative slip)
-      : cones_(cones), gaps_(gaps), slip_(slip), n_(cones.n_points()), H_(n_), J_(n_), M_(n_), scaling_(n_) {
+  Path(const ConeProblem& cones, const ConeGaps& gaps)
+      : cones_(cones), gaps_(gaps), n_(cones.n_points()), H_(n_), J_(n_), M_(n_), scaling_(n_) {
     x_.setZero(n_, 3), z_.setZero(n_, 3), u_.setZero(n_, 3), left_.setZero(n_, 3);
     for (Index i = 0; i < n_; ++i) {
       if (!cone(i)) continue;
-      x_(i, 0) = cones_.friction[i] / std::sqrt(static_cast<double>(n_)), z_(i, 0) = 1;
+      x_(i, 0) = friction(i) / std::sqrt(static_cast<double>(n_)), z_(i, 0) = 1;
       ++n_cones_;
     }
     y_ = cones_.L.transpose() * flat(impulses());
@@ -90,7 +91,7 @@ class Path {
   Points impulses() const {
     Points p = x_;
     for (Index i = 0; i < n_; ++i)
-      if (cone(i)) p(i, 0) /= cones_.friction[i];
+      if (cone(i)) p(i, 0) /= friction(i);
     return p;
   }
   double complementarity() const { return n_cones_ > 0 ? x_.cwiseProduct(z_).sum() / static_cast<double>(n_cones_) : 0.0; }
@@ -123,6 +124,7 @@ class Path {
 
  private:
   bool cone(Index i) const { return cones_.tied[i] == 0 && cones_.moves[i] != 0; }
+  double friction(Index i) const { return std::max(cones_.friction[i], least_friction); }
   static Eigen::Map<const Vector> flat(const Points& p) { return {p.data(), p.size()}; }
 
   // u = g + L y, what is left of z = (u_n / mu + |u_t|, u_t), and H of dp = b - H L dy.
@@ -134,12 +136,10 @@ class Path {
       H_[i].setZero(), J_[i].setZero(), M_[i].setZero();
       if (cones_.tied[i] != 0 && cones_.moves[i] != 0) H_[i].diagonal().setConstant(1 / tied_shift);
       if (!cone(i)) continue;
-      const double mu = cones_.friction[i], slip = std::hypot(u_(i, 1), u_(i, 2));
+      const double mu = friction(i), slip = std::hypot(u_(i, 1), u_(i, 2));
       J_[i].diagonal() << 1 / mu, 1, 1;
-      if (slip > 0 && !lagged_) {
-        const double share = slip_ == SlipDerivative::damped ? slip * slip / (slip * slip + damping * damping * tau) : 1.0;
-        J_[i].row(0).tail<2>() = share / slip * u_.row(i).tail<2>();
-      }
+      // Not where slip is small beside what complementarity is left
+      if (slip > 0) J_[i].row(0).tail<2>() = slip / (slip * slip + damping * damping * tau) * u_.row(i).tail<2>();
       left_.row(i) << z_(i, 0) - u_(i, 0) / mu - slip, z_(i, 1) - u_(i, 1), z_(i, 2) - u_(i, 2);
       scaling_[i] = Scaling(x_.row(i), z_.row(i));
       M_[i] = scaling_[i].inverse_square();
@@ -158,7 +158,7 @@ class Path {
     }
     dx_ = b;  // of cones: before division by mu
     for (Index i = 0; i < n_; ++i)
-      if (cone(i)) b(i, 0) /= cones_.friction[i];
+      if (cone(i)) b(i, 0) /= friction(i);
     dy_ = system.solve(b, y_ - cones_.L.transpose() * flat(impulses()));
     if (!dy_.allFinite()) return false;
     const Vector du = cones_.L * dy_;
@@ -195,26 +195,23 @@ class Path {
     if (!(t > shortest_step)) return false;
     x_ += t * dx_, z_ += t * dz_, y_ += t * dy_;
     last_ = t;
-    lagged_ = lagged_ || (slip_ == SlipDerivative::lagged && t < short_step);
     return true;
   }
 
   const ConeProblem& cones_;
   const ConeGaps& gaps_;
-  SlipDerivative slip_;
   Index n_, n_cones_ = 0;
   Points x_, z_, u_, left_, dx_, dz_;
   Vector y_, dy_;
   std::vector<Matrix3> H_, J_, M_;
   std::vector<Scaling> scaling_;
   double last_ = 1;
-  bool lagged_ = false;
 };
 
 }  // namespace
 
-InteriorPoint interior_point(const ConeProblem& cones, const ConeGaps& gaps, SlipDerivative slip, double tolerance) {
-  Path path(cones, gaps, slip);
+InteriorPoint interior_point(const ConeProblem& cones, const ConeGaps& gaps, double tolerance) {
+  Path path(cones, gaps);
   InteriorPoint result;
   result.p.setZero(cones.n_points(), 3);
   result.violation = violation(cones, gaps, result.p);

@@ -6,22 +6,17 @@
 
 namespace cbr {
 
-// How the slip's length, which makes Coulomb's law no minimum of anything, enters a step's derivative.
-enum class SlipDerivative : char {
-  damped,  // not where slip is small beside what complementarity is left
-  lagged,  // whole, and not any more once steps are short: the fixed point of convex problems
-  whole
-};
-
 // x = (mu p_n, p_t) and z = (gap_n / mu + |gap_t|, gap_t) are to lie in the second-order cone with x o z = 0 (de Saxce's form;
 // Acary, Cadoux, Lemarechal, Malick 2011, doi 10.1002/zamm.201000073). A primal-dual method (Nesterov and Todd's scaling,
 // Mehrotra's predictor) follows x o z = tau to tau -> 0. In between impulses are in the middle of what W cannot tell apart, so
-// symmetric problems have symmetric ones. One step costs 3 n r^2 flops. Tied points: equations.
+// symmetric problems have symmetric ones. The slip's length, which makes Coulomb's law no minimum of anything, is differentiated
+// where it is large beside what complementarity is left. One step costs 3 n r^2 flops. Tied points: equations. Friction
+// coefficients below 1e-6 are taken as that.
 struct InteriorPoint {
   Points p;              // of all iterates the one that violates least (scaled, before projection)
   double violation = 0;  // as cbr::violation
   int steps = 0;
 };
-InteriorPoint interior_point(const ConeProblem& cones, const ConeGaps& gaps, SlipDerivative slip, double tolerance);
+InteriorPoint interior_point(const ConeProblem& cones, const ConeGaps& gaps, double tolerance);
 
 }  // namespace cbr

@@ -10,6 +10,9 @@ namespace cbr {
 namespace {
 
 constexpr int inner_steps = 10;
+// Of an uncertain start: steps in which the first problem must bring the violation down to this share.
+constexpr int trial_steps = 3;
+constexpr double trial_gain = 0.1;
 constexpr double least_epsilon = 1e-9, largest_epsilon = 100;
 constexpr double shortest_step = 0.005, least_descent = 0.1;
 
@@ -20,20 +23,23 @@ class Proximal {
       : cones_(cones), g_(g - epsilon * centre), epsilon_(epsilon), H_(cones.n_points()) {}
 
   // p from a start; the norm of F that is left.
-  double solve(Points& p, double tolerance, int& steps) {
-    double size = evaluate(p);
-    for (int i = 0; i < inner_steps && size > tolerance; ++i) {
+  double solve(Points& p, double tolerance, int most_steps, int& steps) {
+    u_ = response_gap(cones_, g_, p) + epsilon_ * p;
+    double size = evaluate(p, u_);
+    for (int i = 0; i < most_steps && size > tolerance; ++i) {
       ++steps;
       if (!direct()) break;
+      const Points du = response_gap(cones_, Points::Zero(p.rows(), 3), dp_) + epsilon_ * dp_;
       double best = std::numeric_limits<double>::infinity(), best_t = 0;
       for (double t = 1; t > shortest_step; t /= 2) {
-        const double now = evaluate(p + t * dp_);
+        const double now = evaluate(p + t * dp_, u_ + t * du);
         if (now < best) best = now, best_t = t;
         if (now <= (1 - least_descent * t) * size) break;
       }
       if (!(best < std::numeric_limits<double>::infinity())) break;
       p += best_t * dp_;
-      size = evaluate(p);
+      u_ = response_gap(cones_, g_, p) + epsilon_ * p;
+      size = evaluate(p, u_);
     }
     return size;
   }
@@ -41,14 +47,13 @@ class Proximal {
  private:
   bool works(Index i) const { return cones_.moves[i] != 0; }
 
-  double evaluate(const Points& p) {
-    u_ = response_gap(cones_, g_, p) + epsilon_ * p;
+  double evaluate(const Points& p, const Points& u) {
     F_.setZero(p.rows(), 3);
-    tau_ = p - u_;
+    tau_ = p - u;
     for (Index i = 0; i < p.rows(); ++i) {
       if (!works(i)) continue;
       if (cones_.tied[i] != 0) {
-        F_.row(i) = u_.row(i);
+        F_.row(i) = u.row(i);
         continue;
       }
       const double normal = std::max(0.0, tau_(i, 0)), limit = cones_.friction[i] * normal;
@@ -65,13 +70,12 @@ class Proximal {
     for (Index i = 0; i < F_.rows(); ++i) {
       H_[i].setZero();
       if (!works(i)) continue;
-      Matrix3 D = Matrix3::Zero(), A = Matrix3::Identity();
-      if (cones_.tied[i] != 0) {
-        D.setIdentity(), A = epsilon_ * D;
-      } else {
-        D = derivative(i);
-        A -= (1 - epsilon_) * D;
+      const Matrix3 D = projection_derivative(cones_, i, tau_.row(i));
+      if (D(0, 0) == 0) {
+        b.row(i) = -F_.row(i);
+        continue;
       }
+      const Matrix3 A = cones_.tied[i] != 0 ? Matrix3(epsilon_ * D) : Matrix3(Matrix3::Identity() - (1 - epsilon_) * D);
       const Matrix3 inverse = A.inverse();
       b.row(i) = -(inverse * F_.row(i).transpose()).transpose();
       H_[i] = inverse * D;
@@ -85,21 +89,6 @@ class Proximal {
     return dp_.allFinite();
   }
 
-  // Of the projection of point i, by tau.
-  Matrix3 derivative(Index i) const {
-    Matrix3 D = Matrix3::Zero();
-    if (!(tau_(i, 0) > 0)) return D;
-    D(0, 0) = 1;
-    const double mu = cones_.friction[i], limit = mu * tau_(i, 0);
-    const Eigen::Vector2d t = tau_.row(i).tail<2>().transpose();
-    const double length = t.norm();
-    if (length <= limit) return Matrix3::Identity();
-    const Eigen::Vector2d d = t / length;
-    D.block<2, 2>(1, 1) = limit / length * (Eigen::Matrix2d::Identity() - d * d.transpose());
-    D.block<2, 1>(1, 0) = mu * d;
-    return D;
-  }
-
   const ConeProblem& cones_;
   const Points g_;
   double epsilon_;
@@ -110,17 +99,21 @@ class Proximal {
 }  // namespace
 
 ProximalNewton proximal_newton(const ConeProblem& cones, const ConeGaps& gaps, Points p, double epsilon, int most_steps,
-                               double tolerance) {
+                               double tolerance, NewtonStart start) {
   ProximalNewton result{p, violation(cones, gaps, p), 0};
-  double now = result.violation;
+  double now = result.violation, before = std::numeric_limits<double>::infinity();
   while (result.steps < most_steps && result.violation > tolerance) {
-    const double aim = std::max(1e-15, 1e-4 * now * epsilon);
+    const bool trial = start == NewtonStart::uncertain && result.steps == 0;
+    const double aim = std::max(1e-15, 1e-4 * now * epsilon), first = result.violation;
     Points next = p;
     int steps = 0;
-    const double left = Proximal(cones, gaps.g, p, epsilon).solve(next, aim, steps);
+    const double left = Proximal(cones, gaps.g, p, epsilon).solve(next, aim, trial ? trial_steps : inner_steps, steps);
     result.steps += std::max(1, steps);
     const double after = violation(cones, gaps, next);
     if (after < result.violation) result.p = next, result.violation = after;
+    if (trial && !(result.violation <= trial_gain * first)) break;
+    if (!(result.violation <= 0.5 * before)) break;
+    before = first;
     if (left <= 100 * aim || after < 0.5 * now) {
       p = std::move(next), now = after;
       epsilon = std::max(least_epsilon, epsilon * (steps <= inner_steps / 2 + 1 ? 0.1 : 0.5));

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <string>
 
 #include "common/format_text.hpp"
@@ -11,7 +12,11 @@
 namespace cbr {
 namespace {
 
-double share(double part, double whole) { return whole > 0 ? part / whole : 0; }
+// Infinite of what is there in the second run only.
+double share(double part, double whole) {
+  if (!(part > 0)) return 0;
+  return whole > 0 ? part / whole : std::numeric_limits<double>::infinity();
+}
 
 using Rows = Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>>;
 Rows rows(const Series3& series) { return {series.values.data(), static_cast<Index>(series.values.size()) / 3, 3}; }

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Small coupled models: superelements in a row that share a plane of nodes, and shells made of random numbers on some of them.
+// Small coupled models: superelements in a row that share a plane of nodes, and shells made of random numbers on some of them;
+// and what moves them.
 #pragma once
 
 #include <memory>
+#include <random>
 #include <vector>
 
+#include "dynamics/bodies/coupled_body.hpp"
 #include "dynamics/bodies/coupled_model.hpp"
 #include "tests/unit/dynamics/lattice.hpp"
 
@@ -36,5 +39,21 @@ std::vector<HeldDirection> some_held();
 
 // The basis of the free coordinates of the whole model.
 Matrix whole_free_basis(const CoupledModel& model, const std::vector<HeldDirection>& held);
+
+struct Method {
+  Scheme scheme;
+  double alpha;
+};
+extern const std::vector<Method> methods;
+
+// A load's history with bends.
+extern const History ramp;
+
+// In axes of its own, mirrored or not, and under way.
+Placement turned(bool mirrored = true);
+
+Points random_points(std::mt19937& random, Index n, double size);
+
+std::shared_ptr<const CoupledModel> shared(CoupledModel model);
 
 }  // namespace cbr::test

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "common/error.hpp"
 #include "dynamics/output/half_check.hpp"
 #include "reducer/reduce.hpp"
@@ -54,6 +56,20 @@ TEST(HalfDifference, OfRoundOffShowsNothing) {
   d.energy = 1e-3;
   EXPECT_EQ(said().find("take no part"), std::string::npos);
   EXPECT_NE(said().find("no bound"), std::string::npos);
+}
+
+// At rest in the first run and moving in the second: no share of nothing.
+TEST(HalfDifference, OfABodyThatOnlyTheSecondRunMoves) {
+  RunResult whole;
+  whole.time = {0, 1};
+  auto& body = whole.bodies.emplace_back();
+  body.center_of_mass.values = body.momentum.values = {0, 0, 0, 0, 0, 0};
+  body.kinetic_energy = body.strain_energy = {0, 0};
+  EXPECT_EQ(half_difference(whole, whole).largest(), 0);
+  RunResult half = whole;
+  half.bodies[0].center_of_mass.values[3] = 1e-3;
+  EXPECT_TRUE(std::isinf(half_difference(whole, half).bodies[0].center));
+  EXPECT_TRUE(std::isinf(half_difference(whole, half).largest()));
 }
 
 TEST(KeepHalf, OfBasisMasslessLeavesStaticsAsTheyAre) {
