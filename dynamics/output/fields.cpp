@@ -5,8 +5,6 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
-#include <iomanip>
-#include <ostream>
 #include <set>
 #include <sstream>
 
@@ -14,6 +12,7 @@
 #include "common/output_file.hpp"
 #include "common/program.hpp"
 #include "dynamics/output/output_names.hpp"
+#include "dynamics/output/xdmf.hpp"
 
 namespace cbr {
 namespace {
@@ -77,29 +76,6 @@ IndexTable faces_of_kind(const Geometry& geometry, FaceKind kind) {
 
 Points placed(const Points& X, const Placement& placement) {
   return (X * placement.T.transpose()).rowwise() + placement.position.transpose();
-}
-
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '&')
-      out += "&amp;";
-    else if (c == '<')
-      out += "&lt;";
-    else if (c == '"')
-      out += "&quot;";
-    else
-      out += c;
-  }
-  return out;
-}
-
-std::string step_group(std::size_t step) { return "/steps/" + std::to_string(step) + "/"; }
-std::string grid_group(std::size_t grid) { return "/grids/" + std::to_string(grid) + "/"; }
-
-std::string item(const std::filesystem::path& heavy, const std::string& dataset, Index rows, Index columns, bool integer) {
-  return std::string("<DataItem Format=\"HDF\" NumberType=\"") + (integer ? "Int" : "Float") + "\" Precision=\"8\" Dimensions=\"" +
-         std::to_string(rows) + ' ' + std::to_string(columns) + "\">" + escaped(heavy.string()) + ':' + dataset + "</DataItem>";
 }
 
 template <typename Array>
@@ -353,47 +329,12 @@ void FieldWriter::add(double t) {
   times_.push_back(t);
 }
 
-void FieldWriter::write_xdmf(std::ostream& out) const {
-  out << std::setprecision(17)
-      << "<?xml version=\"1.0\"?>\n<Xdmf Version=\"3.0\">\n<Domain>\n<Grid Name=\"time\" GridType=\"Collection\" "
-         "CollectionType=\"Temporal\">\n";
-  for (std::size_t step = 0; step < times_.size(); ++step) {
-    out << "<Grid Name=\"scene\" GridType=\"Collection\" CollectionType=\"Spatial\">\n<Time Value=\"" << times_[step] << "\"/>\n";
-    for (std::size_t g = 0; g < grids_.size(); ++g) {
-      const FieldGrid& grid = grids_[g];
-      const Index n = grid.points.rows(), e = grid.cells.rows();
-      out << "<Grid Name=\"" << escaped(grid.name) << "\" GridType=\"Uniform\">\n<Topology TopologyType=\"" << grid.topology
-          << "\" NumberOfElements=\"" << e << "\">" << item(heavy_name_, grid_group(g) + "cells", e, grid.cells.cols(), true)
-          << "</Topology>\n<Geometry GeometryType=\"XYZ\">" << item(heavy_name_, grid_group(g) + "points", n, 3, false)
-          << "</Geometry>\n";
-      for (const std::string field : {"displacement", "velocity", "stress", "contact_pressure"}) {
-        const bool stress = field == "stress", scalar = field == "contact_pressure";
-        if (!wanted(field) || (stress && !grid.block)) continue;
-        out << "<Attribute Name=\"" << field << "\" AttributeType=\""
-            << (stress   ? "Tensor6"
-                : scalar ? "Scalar"
-                         : "Vector")
-            << "\" Center=\"" << (stress ? "Cell" : "Node") << "\">"
-            << item(heavy_name_, step_group(step) + std::to_string(g) + "/" + field, stress ? e : n,
-                    stress   ? 6
-                    : scalar ? 1
-                             : 3,
-                    false)
-            << "</Attribute>\n";
-      }
-      out << "</Grid>\n";
-    }
-    out << "</Grid>\n";
-  }
-  out << "</Grid>\n</Domain>\n</Xdmf>\n";
-}
-
 void FieldWriter::commit() {
   heavy_->commit();
   TemporaryFile temporary(xdmf_);
   errno = 0;
   std::ofstream file(temporary.path());
-  write_xdmf(file);
+  write_xdmf(file, heavy_name_, times_, grids_, fields_);
   file.close();
   if (!file) throw RunError(xdmf_.string() + ": cannot be written" + (errno != 0 ? ": " + std::string(std::strerror(errno)) : ""));
   temporary.commit();

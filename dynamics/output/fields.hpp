@@ -68,7 +68,6 @@ class FieldWriter {
   Matrix stresses(const FieldGrid& grid, const Points& u) const;
   bool wanted(const std::string& field) const;
   bool shares_points(std::size_t grid) const;  // with the one before
-  void write_xdmf(std::ostream& out) const;
 
   const BuiltScene& built_;
   std::vector<std::string> fields_;
