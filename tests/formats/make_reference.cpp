@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Made tests/formats/data/superelement-1.0.cbr.h5, once: that file is never made anew, it stands for all files that users have.
-// A later format version gets a file of its own beside it. usage: make_reference FILE
+// Made the files of tests/formats/data, each once, by the program of its day: they are never made anew, they stand for all files that
+// users have. A later format version gets a file of its own beside it. usage: make_reference FILE
 #include "reducer/reduce.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 

@@ -73,7 +73,18 @@ TEST_P(ReferenceFile, interiorFollowsRigidMotions) {
   EXPECT_LT((recovery.Psi * R_c - rigid_modes(recovery.coordinates, Vector3::Zero())).cwiseAbs().maxCoeff(), 1e-10);
 }
 
-INSTANTIATE_TEST_SUITE_P(Version, ReferenceFile, testing::Values("superelement-1.0.cbr.h5"));
+INSTANTIATE_TEST_SUITE_P(Version, ReferenceFile, testing::Values("superelement-1.0.cbr.h5", "superelement-1.4.cbr.h5"));
+
+// What 1.4 has beyond 1.0: checksums, errors, conditioning.
+TEST(ReferenceFiles, ErrorsAndConditioningAreRead) {
+  const Superelement s = read_superelement(CBR_SOURCE_DIR "/tests/formats/data/superelement-1.4.cbr.h5");
+  ASSERT_TRUE(s.accuracy.has_value());
+  EXPECT_EQ(s.accuracy->eigenvalue_error.size(), 10);
+  ASSERT_TRUE(s.conditioning.has_value());
+  EXPECT_EQ(s.conditioning->n_rigid, 6);
+  EXPECT_EQ(s.conditioning->n_zero, 6);
+  EXPECT_EQ(s.conditioning->weakest, "node id 87 of block 'solid' in y");
+}
 
 }  // namespace
 }  // namespace cbr
