@@ -243,8 +243,12 @@ MotionBound PairSchedule::bound_at(Index c, Index step) const {
 
 double PairSchedule::steps_apart(Index p, Index step) const {
   const ContactPair& pair = sim_.pairs[p];
-  // Nodes may be caught late, and adjusted gaps are closed at a distance
-  const double margin = 0.05 * pair.master->size + pair.adjust.value_or(0);
+  // Surfaces may overlap from the start by as much as a face, which flat ones seem apart by; later by what was found then, or nodes
+  // are caught late. Adjusted gaps are closed at a distance
+  const PairState& state = pair.seen();
+  const double overlap = std::max({state.memory.initial_overlap, state.memory.depth, state.back.initial_overlap, state.back.depth});
+  const double margin =
+      (step == 0 ? face_share(0) * largest_face_[p] : 0.05 * pair.master->size + overlap) + pair.adjust.value_or(0);
   const MotionBound slave = bound_at(pair.slave->body, step);
   if (pair.wall) return std::floor(pair.wall->time_apart(slave, margin) / plan().h);
   const Vector3 beside = 0.11 * pair.master->extent;  // nodes off the edges of faces may be held

@@ -245,14 +245,16 @@ TEST(Impact, JumpsChangeNothing) {
   }
 }
 
-TEST(Impact, InitialOverlapBringsNoEnergy) {
+class InitialOverlap : public testing::TestWithParam<double> {};
+
+TEST_P(InitialOverlap, BringsNoEnergy) {
   Blocks s = blocks(false, false);
-  s.b.placement.position[0] = 2 - 0.02;
+  s.b.placement.position[0] = 2 - GetParam();
   s.a.placement.velocity.setZero();
   Simulation sim = two_bodies(s.a, s.b, Enforcement::impulse, 0.3, 0.02);
   const RunResult result = run(sim);
   EXPECT_LT(result.total.back(), 1e-20);
-  EXPECT_NEAR(sim.pairs[0].seen().memory.initial_overlap, 0.02, 1e-10);
+  EXPECT_NEAR(sim.pairs[0].seen().memory.initial_overlap, GetParam(), 1e-10);
   // Pressed together, they stay where they overlap, and the energy does not grow.
   s.a.placement.velocity = Vector3(0.01, 0, 0);
   Simulation pressed = two_bodies(s.a, s.b, Enforcement::impulse, 0.3, 0.02);
@@ -260,6 +262,7 @@ TEST(Impact, InitialOverlapBringsNoEnergy) {
   EXPECT_LE(pushed.total.back(), pushed.total.front() * (1 + 1e-12));
   EXPECT_GT(row(pushed.bodies[1].momentum, pushed.time.size() - 1)[0], 0);
 }
+INSTANTIATE_TEST_SUITE_P(Lengths, InitialOverlap, testing::Values(0.001, 0.02, 0.1));
 
 // Velocities live half a step before the positions; what is written is of the positions' time.
 TEST(Impact, MomentumUnderLoadsIsOfTheTimeWritten) {
