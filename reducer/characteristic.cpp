@@ -78,7 +78,8 @@ Matrix shapes_of_all(const Superelement& s, Index modes, const Matrix& R, Charac
   Matrix T(s.c(), r + modes);
   T.leftCols(r) = R;
   if (modes == 0) return T;
-  const Eigenpairs pairs = dense_eigenpairs(s.K_cc, s.M_cc, r + modes);
+  // Beside the rigid motions: a mechanism has their frequency, and would be cut in two with them
+  const Eigenpairs pairs = dense_eigenpairs_beside(s.K_cc, s.M_cc, R, r + modes);
   if (!pairs.converged)
     throw RunError("the characteristic constraint modes could not be found: is the mass of the interface definite?");
   figures.highest = std::sqrt(std::max(pairs.lambda(r + modes - 1), 0.0));

@@ -77,9 +77,9 @@ void add_diagonal_form(Superelement& s, Matrix R) {
   if (n_rigid > 0) orthonormalise([&](const Matrix& X) { return times_mass(s, X); }, R, "the rigid motions");
   Eigenpairs pairs = reduced_eigenpairs(s, R);
   if (!pairs.converged) {
-    throw RunError(
-        "the reduced mass matrix is not positive definite, so there is no diagonal form: keep fewer modes, or "
-        "widen the interface (no integrator can do without a positive definite mass)");
+    throw InputError(
+        "the reduced mass matrix is not positive definite, so there is no diagonal form (no integrator can do without), as round-off "
+        "makes that of very thin parts: use larger or less flat elements, keep fewer modes, or widen the interface");
   }
   fix_signs(R);
   auto elastic = pairs.Phi.rightCols(n - n_rigid);

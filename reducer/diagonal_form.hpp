@@ -12,7 +12,7 @@ namespace cbr {
 // Sets omega and V. `part` (one per superelement node): which connected part of the component the node belongs to; each part has
 // six rigid motions. Their omega is exactly 0 and their columns of V are the analytic motions [0; R_c], orthonormalised in M^,
 // so that a free body keeps its momentum to round-off; the elastic columns are re-orthogonalised against them. Signs fixed.
-// Returns the number of rigid motions. RunError when M^ is not positive definite.
+// Returns the number of rigid motions. InputError when M^ is not positive definite.
 Index add_diagonal_form(Superelement& superelement, const std::vector<Index>& part);
 // The same with rigid motions R (n x r, independent columns) as they are.
 void add_diagonal_form(Superelement& superelement, Matrix R);

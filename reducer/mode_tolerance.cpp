@@ -63,9 +63,9 @@ FreeModes free_modes(const Partition& p, const Superelement& s, const std::vecto
     pairs = dense_eigenpairs(reduced_stiffness(reduced), reduced_mass(reduced), count);
   }
   if (!pairs.converged)
-    throw InputError(
-        "tolerance: the mass that the modes leave on the interface is lost in round-off: the stiffness of the interior is too "
-        "ill-conditioned; use less flat elements, or say how many modes are to be kept");
+    throw LostMass(
+        "tolerance: the mass that the modes leave on the interface is lost in round-off, as that of very thin parts is: use larger or "
+        "less flat elements, or say how many modes are to be kept");
   return {n_rigid, asked, pairs.lambda.cwiseMax(0.0), pairs.Phi.bottomRows(s.c()), 1 - left};
 }
 

@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "common/error.hpp"
 #include "common/linalg/sparse_cholesky.hpp"
 #include "common/report.hpp"
 #include "reducer/accuracy.hpp"
@@ -21,13 +22,19 @@ struct ModesOfTolerance {
   ModesNotKept not_kept;
 };
 
+// What an ill-conditioned interior makes of the tolerance; where in the mesh is for the caller to say.
+class LostMass : public InputError {
+ public:
+  using InputError::InputError;
+};
+
 // Modes such that both the share of strain energy that they leave out under any rigid acceleration of the interface, and the
 // relative errors of the eigenvalues of the free component's ten lowest elastic modes, are no more than the tolerance. The errors
 // are those of full_eigenvalues(), of the reduced component as it is with what was picked.
 // Candidates are computed, lowest first, until all of them suffice; nothing is solved for twice. Of them those that take most part
 // in the largest error are taken, again and again; modes of one frequency are taken together, as their shapes are arbitrary, and so
 // are all within sqrt(2) of the free modes' frequencies. s: K_cc, M_cc; part: per node of s. Above 6000 interface dofs rigid
-// motions alone count. InputError: more than 5000 would be needed and the interior has more.
+// motions alone count. InputError: more than 5000 would be needed and the interior has more. LostMass: no mass is left beside the modes.
 ModesOfTolerance modes_of_tolerance(const Partition& p, const SparseCholesky& factor, const InterfaceMotions& motions,
                                     const Superelement& s, const std::vector<Index>& part, double tolerance, Report& report);
 

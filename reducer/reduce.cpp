@@ -100,9 +100,14 @@ void keep_modes(Reduction& r, FixedInterfaceModes& modes, Condensation& condense
 void pick_by_tolerance(Reduction& r, const SparseCholesky& factor, const InterfaceMotions& motions, const Superelement& s,
                        FixedInterfaceModes& modes, Condensation& condensed) {
   const auto phase = r.report.phase("fixed-interface modes");
-  ModesOfTolerance found = has_parts(r)
-                               ? modes_of_tolerance(r.p, parts(r), s, *r.options.tolerance, r.report)
-                               : modes_of_tolerance(r.p, factor, motions, s, parts_of_interface(r), *r.options.tolerance, r.report);
+  ModesOfTolerance found = [&] {
+    try {
+      return has_parts(r) ? modes_of_tolerance(r.p, parts(r), s, *r.options.tolerance, r.report)
+                          : modes_of_tolerance(r.p, factor, motions, s, parts_of_interface(r), *r.options.tolerance, r.report);
+    } catch (const LostMass& lost) {
+      throw InputError(lost.what() + ("; first at " + r.figures.condition.weakest));
+    }
+  }();
   r.figures.n_candidates = found.n_candidates;
   r.not_kept = std::move(found.not_kept);
   modes = std::move(found.modes);

@@ -130,10 +130,10 @@ Eigenpairs dense_eigenpairs(Matrix A, const Vector& B, Index k) {
   return pairs;
 }
 
-Eigenpairs dense_eigenpairs_beside(Matrix A, const Matrix& Q) {
+Eigenpairs dense_eigenpairs_beside(Matrix A, const Matrix& Q, std::optional<Index> count) {
   const Index n = A.rows(), r = Q.cols();
   assert(A.cols() == n && Q.rows() == n && r <= n);
-  if (r == 0) return dense_eigenpairs(std::move(A), n);
+  if (r == 0) return dense_eigenpairs(std::move(A), count.value_or(n));
   const Reflectors H(Q);
   H.transform(A);
   // Rows and columns 0 .. r - 1 are 0 but for round-off. They become a block of their own that the solver cannot mix with the rest,
@@ -142,7 +142,7 @@ Eigenpairs dense_eigenpairs_beside(Matrix A, const Matrix& Q) {
   for (Index j = 0; j < n; ++j) largest = std::max(largest, A.col(j).tail(n - j).cwiseAbs().maxCoeff());
   A.leftCols(r).setZero();
   A.diagonal().head(r).setConstant(largest > 0 ? -2 * static_cast<double>(n) * largest : -1);  // in A's own unit
-  Eigenpairs pairs = standard_eigenpairs(A, n);
+  Eigenpairs pairs = standard_eigenpairs(A, count.value_or(n));
   if (!pairs.converged) return pairs;
   H.apply(pairs.Phi);
   pairs.lambda.head(r).setZero();
@@ -151,17 +151,17 @@ Eigenpairs dense_eigenpairs_beside(Matrix A, const Matrix& Q) {
   return pairs;
 }
 
-Eigenpairs dense_eigenpairs_beside(Matrix A, Matrix B, const Matrix& R) {
+Eigenpairs dense_eigenpairs_beside(Matrix A, Matrix B, const Matrix& R, std::optional<Index> count) {
   const Index n = A.rows();
   assert(A.cols() == n && B.rows() == n && B.cols() == n && R.rows() == n && R.cols() <= n);
-  if (n == 0 || R.cols() == 0) return dense_eigenpairs(std::move(A), std::move(B), n);
+  if (n == 0 || R.cols() == 0) return dense_eigenpairs(std::move(A), std::move(B), count.value_or(n));
   if (LAPACKE_dpotrf(LAPACK_COL_MAJOR, 'L', as_int(n), B.data(), as_int(n)) != 0) return failed();
   if (LAPACKE_dsygst(LAPACK_COL_MAJOR, 1, 'L', as_int(n), A.data(), as_int(n), B.data(), as_int(n)) != 0) return failed();
   auto L = B.triangularView<Eigen::Lower>();
   // Q: orthonormal basis of L^T R   (n x r)
   const Eigen::HouseholderQR<Matrix> qr(L.transpose() * R);
   const Matrix Q = qr.householderQ() * Matrix::Identity(n, R.cols());
-  Eigenpairs pairs = dense_eigenpairs_beside(std::move(A), Q);
+  Eigenpairs pairs = dense_eigenpairs_beside(std::move(A), Q, count);
   if (!pairs.converged) return pairs;
   L.transpose().solveInPlace(pairs.Phi);
   fix_signs(pairs.Phi);

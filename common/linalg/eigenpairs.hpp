@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "common/linalg/sparse_cholesky.hpp"
@@ -40,11 +41,11 @@ Eigenpairs dense_eigenpairs(Matrix A, Matrix B, Index k);
 Eigenpairs dense_eigenpairs(Matrix A, Index k);
 Eigenpairs dense_eigenpairs(Matrix A, const Vector& B, Index k);
 
-// All pairs where null vectors are known: the first r have lambda = 0 exactly and span them, the others are orthogonal to them to
+// All pairs, or the lowest `count`, where null vectors are known: the first r have lambda = 0 exactly and span them, the others are orthogonal to them to
 // round-off (in B's product), also those whose lambda is no larger than A's own round-off. Q (n x r, orthonormal): of A.
-Eigenpairs dense_eigenpairs_beside(Matrix A, const Matrix& Q);
+Eigenpairs dense_eigenpairs_beside(Matrix A, const Matrix& Q, std::optional<Index> count = {});
 // R (n x r, independent columns): of A x = lambda B x.
-Eigenpairs dense_eigenpairs_beside(Matrix A, Matrix B, const Matrix& R);
+Eigenpairs dense_eigenpairs_beside(Matrix A, Matrix B, const Matrix& R, std::optional<Index> count = {});
 
 // Columns of Phi get the sign that makes the first of their largest entries positive.
 void fix_signs(Matrix& Phi);

@@ -92,7 +92,7 @@ def slivers(folder):
     def run(way):
         made = folder.reduce(with_way(block_scene(folder.mesh(part), SIDES, 40 if "massless_modes" in way else 6), way)).done()
         error = displacement_error(made, part) if is_massless(way) else patch_error(joined(made), part, STEEL)
-        return below(error, 3e-11)
+        return below(error, 1e-10)
     return each(run)
 
 

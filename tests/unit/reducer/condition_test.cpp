@@ -175,8 +175,8 @@ TEST(Conditioning, OfTheCharacteristicBasisIsItsOwn) {
   options.interface_sets = {"all"};
   options.modes = 0;
   options.basis = "characteristic";
-  options.characteristic.modes = 12;
-  for (const bool is_hinged : {true, false}) {
+  for (const auto& [is_hinged, n_modes] : {std::pair(true, 12), std::pair(true, 1), std::pair(false, 12)}) {
+    options.characteristic.modes = n_modes;  // one is enough for the mechanism, which has the frequency of the rigid motions
     const Mesh mesh = is_hinged ? hinged() : all_of_a_box();
     ReductionFigures figures;
     Report report("test", Verbosity::quiet);
