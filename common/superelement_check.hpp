@@ -11,9 +11,8 @@ namespace cbr {
 void check_parts(const Superelement& superelement, const SuperelementParts& parts, const std::string& where);
 
 // InputError, naming the field: rigid motions by coordinates and rigid_body, and by what has been read of matrices, modes and
-// loads, are not the same (1e-2). An interface that does not tell all six of them passes. For who moves a superelement: check()
-// does not ask for it.
-// A part that is held inside is not asked.
+// loads, are not the same (1e-2). An interface that does not tell all six of them passes, and a part that is held inside. For who
+// moves a superelement: check() does not ask for it.
 void check_rigid_motions(const Superelement& superelement, const std::string& where);
 
 // Rigid motions that K_cc resists, orthonormal as combinations of the columns of R whose rotations are divided by `size`   (r x 6): no

@@ -41,8 +41,9 @@ Eigenpairs dense_eigenpairs(Matrix A, Matrix B, Index k);
 Eigenpairs dense_eigenpairs(Matrix A, Index k);
 Eigenpairs dense_eigenpairs(Matrix A, const Vector& B, Index k);
 
-// All pairs, or the lowest `count`, where null vectors are known: the first r have lambda = 0 exactly and span them, the others are orthogonal to them to
-// round-off (in B's product), also those whose lambda is no larger than A's own round-off. Q (n x r, orthonormal): of A.
+// All pairs, or the lowest `count` (from r on), where null vectors are known: the first r have lambda = 0 exactly and span them, the
+// others are orthogonal to them to round-off (in B's product), also those whose lambda is no larger than A's own round-off.
+// Q (n x r, orthonormal): of A.
 Eigenpairs dense_eigenpairs_beside(Matrix A, const Matrix& Q, std::optional<Index> count = {});
 // R (n x r, independent columns): of A x = lambda B x.
 Eigenpairs dense_eigenpairs_beside(Matrix A, Matrix B, const Matrix& R, std::optional<Index> count = {});
