@@ -4,6 +4,7 @@
 #include <cassert>
 
 #include "common/assembly.hpp"
+#include "common/linalg/blas_threads.hpp"
 
 namespace cbr {
 
@@ -22,6 +23,7 @@ RigidBody rigid_body(const SparseMatrix& M, const Points& points) {
   assert(M.rows() == 3 * points.rows());
   RigidBody body;
   if (points.rows() == 0) return body;
+  const SingleThreadedBlas one;  // the same bits with any number of threads
   // Twice: first about the mean of the points, then about the centre of mass that this gives, where nothing cancels.
   body.center = points.colwise().mean().transpose();
   for (const bool about_center : {false, true}) {

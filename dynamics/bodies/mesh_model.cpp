@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "common/error.hpp"
+#include "common/linalg/blas_threads.hpp"
 #include "common/linalg/eigenpairs.hpp"
 #include "dynamics/bodies/mesh_body.hpp"
 
@@ -167,6 +168,7 @@ Eigen::Matrix<double, 6, 1> MeshBody::momenta(const Field& v) const {
   Eigen::Matrix<double, 6, 1> p;
   if (consistent()) {
     const Points by_node = v;
+    const SingleThreadedBlas one;  // the same bits with any number of threads
     return model_->MR.transpose() * Eigen::Map<const Vector>(by_node.data(), by_node.size());
   }
   Matrix3 moment;  // sum of (m X) v^T
