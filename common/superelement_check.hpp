@@ -15,12 +15,9 @@ void check_parts(const Superelement& superelement, const SuperelementParts& part
 // moves a superelement: check() does not ask for it.
 void check_rigid_motions(const Superelement& superelement, const std::string& where);
 
-// Rigid motions that K_cc resists, orthonormal as combinations of the columns of R whose rotations are divided by `size`   (r x 6): no
-// rows when the part is free, as cbr-reduce makes it, or when its matrices are not read. Other makers clamp nodes inside. Forces count
-// from 1e-6 of |K_cc| |R| on: far above what digits of a float leave, far below what one clamped node makes.
-Matrix resisted_rigid_motions(const Superelement& superelement, double size);
-// A translation is among them; without the matrices, a diagonal form has fewer than six motions of frequency 0. (Rotations are no
-// sign of it: those of coordinates that do not belong to the matrices are resisted, too.)
+// Whether a translation is resisted by 1e-6 of |K_cc| |R|: far above what digits of a float leave, far below what one clamped node makes.
+// (Rotations are no sign of it: those of coordinates that do not belong to the matrices are resisted, too.) Without the matrices: a
+// diagonal form has fewer than six motions of frequency 0. cbr-reduce makes no such parts, others clamp nodes inside.
 bool is_held_inside(const Superelement& superelement);
 
 }  // namespace cbr

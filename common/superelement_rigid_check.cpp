@@ -111,17 +111,6 @@ class RigidCheck {
 
 }  // namespace
 
-Matrix resisted_rigid_motions(const Superelement& s, double size) {
-  if (s.K_cc.rows() != s.c() || s.c() == 0) return Matrix(0, 6);
-  Matrix R = reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c());
-  R.rightCols(3) /= size;
-  const double most = no_force * s.K_cc.norm() * R.norm();
-  // K_cc R = U diag(forces) W^T
-  const Eigen::BDCSVD<Matrix> svd(s.K_cc * R, Eigen::ComputeThinV);
-  const Vector& forces = svd.singularValues();
-  return svd.matrixV().leftCols((forces.array() > most).count()).transpose();
-}
-
 bool is_held_inside(const Superelement& s) {
   if (!s.has_interface_matrices() || s.c() == 0) return false;
   if (s.K_cc.rows() != s.c()) return s.has_diagonal_form() && (s.omega.array() == 0).count() < 6;

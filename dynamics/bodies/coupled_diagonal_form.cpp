@@ -70,19 +70,14 @@ DiagonalForm diagonal_form(const CoupledModel& model, const std::vector<HeldDire
   const FreeDofs free = free_dofs(model, held);
   const Matrix R = rigid_motions(model);
   Matrix K = dense_stiffness(model), M = dense_mass(model);
-  const Matrix R_s = R * rigid_scales(model.rigid_body).asDiagonal();
-  const Matrix forces = K * R_s;
-  const bool is_free = held.empty() && forces.norm() <= 1e-8 * K.norm() * R_s.norm();
-  // Rigid motions that a part which is held inside resists: K R_s = U diag W^T   (r x 6)
-  const Eigen::BDCSVD<Matrix> svd(forces, Eigen::ComputeThinV);
-  const Index n_resisted = (svd.singularValues().array() > 1e-6 * K.norm() * R_s.norm()).count();
-  const Matrix resisted = svd.matrixV().leftCols(n_resisted).transpose();
+  const Matrix resisted = resisted_rigid_motions(K, R * rigid_scales(model.rigid_body).asDiagonal());
+  const bool is_free = held.empty() && resisted.rows() == 0;
   const Matrix MR = M * R;
   if (!free.is_all) K = on_free(K, free, n_modal), M = on_free(M, free, n_modal);
   const Index n = K.rows();
   IndexTable rows(model.coordinates.rows(), 3);
   for (Index i = 0; i < rows.size(); ++i) rows.data()[i] = n_modal + i;
-  Matrix N = held.empty() ? Matrix(Matrix::Identity(6, is_free ? 6 : 0)) : free_rigid_motions(R, model.rigid_body, rows, held, resisted);
+  Matrix N = free_rigid_motions(R, model.rigid_body, rows, held, resisted);
   if (N.cols() > 0 && Eigen::ColPivHouseholderQR<Matrix>((R * N).colwise().normalized()).rank() < N.cols()) N.resize(6, 0);
   Matrix R_f = R * N;
   if (!free.is_all && N.cols() > 0) {

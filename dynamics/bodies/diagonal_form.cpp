@@ -9,12 +9,13 @@
 
 #include "common/error.hpp"
 #include "common/linalg/eigenpairs.hpp"
-#include "common/superelement_check.hpp"
 
 namespace cbr {
 namespace {
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+constexpr double no_force = 1e-6;  // of |K| |R_s|
 
 // R^T M R about the centre of mass.
 Matrix6 rigid_mass(const RigidBody& body) {
@@ -166,14 +167,18 @@ IndexTable displacement_rows(const Superelement& s) {
   return rows;
 }
 
-namespace {
+Matrix resisted_rigid_motions(const Matrix& K, const Matrix& R_s) {
+  if (K.rows() == 0) return Matrix(0, R_s.cols());
+  // K R_s = U diag(forces) W^T
+  const Eigen::BDCSVD<Matrix> svd(K * R_s, Eigen::ComputeThinV);
+  const Index n = (svd.singularValues().array() > no_force * K.norm() * R_s.norm()).count();
+  return svd.matrixV().leftCols(n).transpose();
+}
 
-Matrix resisted(const Superelement& s) { return resisted_rigid_motions(s, 1 / rigid_scales(s.rigid_body)(5)); }
-
-// Combinations of the rigid motions R that the stiffness lets move   (6 x r)
-Matrix free_of_stiffness(const Superelement& s) { return free_rigid_motions({}, s.rigid_body, {}, {}, resisted(s)); }
-
-}  // namespace
+Matrix resisted_rigid_motions(const Superelement& s) {
+  if (s.K_cc.rows() != s.c()) return Matrix(0, 6);
+  return resisted_rigid_motions(s.K_cc, reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c()) * rigid_scales(s.rigid_body).asDiagonal());
+}
 
 DiagonalForm free_diagonal_form(Superelement& s, const std::string& where) {
   DiagonalForm form;
@@ -185,7 +190,7 @@ DiagonalForm free_diagonal_form(Superelement& s, const std::string& where) {
     s.omega.resize(0), s.V.resize(0, 0);
   } else {
     const Matrix K = reduced_stiffness(s);
-    const Matrix N = R * free_of_stiffness(s);  // all six, or what is free of a part that is held inside
+    const Matrix N = R * free_rigid_motions(R, s.rigid_body, {}, {}, resisted_rigid_motions(s));  // all six, or what is free of a part that is held inside
     const Matrix N_1 = N.colwise().normalized();
     const bool known = N.cols() > 0 && Eigen::ColPivHouseholderQR<Matrix>(N_1).rank() == N.cols();
     Eigenpairs pairs = dense_eigenpairs_beside(K, reduced_mass(s), known ? N : Matrix(s.n(), 0));
@@ -216,7 +221,7 @@ DiagonalForm held_diagonal_form(const Superelement& s, const std::vector<HeldDir
   M.bottomRightCorner(Z.cols(), Z.cols()) = Z.transpose() * M_Z;
   M.topRightCorner(k, Z.cols()) = s.M_kc * Z;
   M.bottomLeftCorner(Z.cols(), k) = M.topRightCorner(k, Z.cols()).transpose();
-  const Matrix N = free_rigid_motions(R, s.rigid_body, displacement_rows(s), held, resisted(s));
+  const Matrix N = free_rigid_motions(R, s.rigid_body, displacement_rows(s), held, resisted_rigid_motions(s));
   Matrix R_f = Matrix::Zero(n, N.cols());
   if (N.cols() > 0) R_f.bottomRows(Z.cols()) = Z.transpose() * (R.bottomRows(s.c()) * N);
   const Eigenpairs pairs = dense_eigenpairs_beside(std::move(K), std::move(M), R_f);

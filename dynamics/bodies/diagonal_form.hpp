@@ -32,7 +32,8 @@ struct HeldDirection {
 // Orthonormal basis of space whose first columns span `directions` (at most three, orthogonal): the rest is what they leave free.
 Matrix3 complete_basis(const std::vector<Vector3>& directions);
 
-// Of a superelement without held directions, free or held inside: the stored form when there is one (taken out of `superelement`), else LAPACK on the reduced matrices.
+// Of a superelement without held directions, free or held inside: the stored form when there is one (taken out of `superelement`), else
+// LAPACK on the reduced matrices.
 // The rigid modes are replaced by exact rigid motions, so that impulses change the momentum by exactly their sum.
 // RunError when the eigenvalue problem fails (reduced mass not positive definite), InputError when rigid modes, nodes and mass of a
 // free body do not agree, named by `where`.
@@ -53,9 +54,14 @@ bool use_exact_rigid_modes(const Matrix& R, const RigidBody& body, DiagonalForm&
 [[noreturn]] void refuse_rigid_modes(const std::string& where);
 // Z (c x (c - held)): orthonormal basis of the interface displacements that held directions leave free.
 SparseMatrix free_interface_basis(const Superelement& superelement, const std::vector<HeldDirection>& held);
+// Of the rigid motions R_s (n x 6, by rigid_scales()) those that the stiffness resists, orthonormal combinations of its columns   (r x 6):
+// none of a free part; other makers' may be held inside. Forces count from 1e-6 of |K| |R_s| on: far above what the digits of a float
+// leave, far below what one clamped node makes.
+Matrix resisted_rigid_motions(const Matrix& K, const Matrix& R_s);
+Matrix resisted_rigid_motions(const Superelement& superelement);  // of its K_cc; none when that is not read
 // The independent rigid motions that move no held direction, as combinations of R's columns (6 x r); rows(node, component): of R,
-// -1 for none.
-// resisted (r x 6): more that are not free (resisted_rigid_motions() of size 1 / rigid_scales(body)(5)).
+// -1 for none;
+// resisted (r x 6): more that are not free.
 Matrix free_rigid_motions(const Matrix& R, const RigidBody& body, const IndexTable& rows, const std::vector<HeldDirection>& held,
                           const Matrix& resisted = Matrix(0, 6));
 // How many there are.

@@ -10,7 +10,6 @@
 #include "common/linalg/dense_factor.hpp"
 #include "common/linalg/eigenpairs.hpp"
 #include "common/linalg/huge_pages.hpp"
-#include "common/superelement_check.hpp"
 
 namespace cbr {
 namespace {
@@ -58,7 +57,7 @@ void ScaledSystem::find_rigid_modes(const std::vector<HeldDirection>& held) {
     const double size = std::sqrt(std::max(s.rigid_body.inertia.trace() / std::max(s.rigid_body.mass, 1e-300), 1e-300));
     Matrix blocked = R.bottomRows(s.c()) - Z_ * R_f;
     blocked.rightCols(3) /= size, R_f.rightCols(3) /= size;
-    const Matrix resisted = resisted_rigid_motions(s, 1 / rigid_scales(s.rigid_body)(5));
+    const Matrix resisted = resisted_rigid_motions(s);
     const Eigen::SelfAdjointEigenSolver<Matrix> motions(blocked.transpose() * blocked + resisted.transpose() * resisted);
     const Index free = n_free_rigid_motions(R, s.rigid_body, displacement_rows(s), held, resisted);
     R_f = (R_f * motions.eigenvectors().leftCols(free)).eval();

@@ -68,10 +68,6 @@ struct Node {
   double lift = 0;                         // an adjusted gap
 };
 
-// How far beyond its box the nodes may be that count as over a face, as a share of the box: the corners moved off a triangle's centre
-// of area by 3, of a quad's by 2 edge tolerances; what is twisted by its square.
-double overhang(const DetectionOptions& options) { return 2 * options.edge_tolerance * (1 + options.edge_tolerance); }
-
 Box swept(const Vector3& start, const Vector3& end) { return {start.cwiseMin(end), start.cwiseMax(end)}; }
 
 void fill_boxes(const Step& step, PairMemory& memory) {
@@ -93,7 +89,7 @@ void fill_boxes(const Step& step, PairMemory& memory) {
     }
     // A node off the edge of a long face, or beyond a sharp corner, by a share of the face may be far from it beside its size
     const double depth = std::max(memory.depth, step.options.late_depth * step.master.sizes[f]);
-    const Vector3 margin = Vector3::Constant(std::max(step.reach, depth)) + overhang(step.options) * (box.upper - box.lower);
+    const Vector3 margin = Vector3::Constant(std::max(step.reach, depth)) + step.options.overhang() * (box.upper - box.lower);
     memory.face_boxes[f] = {box.lower - margin, box.upper + margin};
   }
 }
@@ -265,7 +261,8 @@ bool are_apart(const ContactBody& slave, const ContactBody& master, const Contac
   // The drift of the master is one of its nodes' ways at most
   const double reach = contact_reach(faces.size, slave.longest_way + 3 * master.longest_way, initial, memory);
   const double depth = std::max(memory.depth, options.late_depth * faces.extent.norm());
-  const Vector3 margin = Vector3::Constant(std::max(reach, depth)) + overhang(options) * (faces.extent.array() + master.longest_way).matrix();
+  const Vector3 beside = options.overhang() * (faces.extent.array() + master.longest_way);
+  const Vector3 margin = beside.array() + std::max(reach, depth);
   const Box grown{master.swept.lower - margin, master.swept.upper + margin};
   return !slave.swept.meets(grown);
 }

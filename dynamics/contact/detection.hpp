@@ -22,6 +22,10 @@ struct DetectionOptions {
   double late_depth = 0.05;
   // A node that starts less deep than this behind a face may be just beside it, within the edge tolerances.
   double kept_depth = 1e-3;
+
+  // How far beyond a face's box the nodes may be that count as over it, as a share of the box: its corners moved off a triangle's centre
+  // of area by 3, of a quad's by 2 edge tolerances; what is twisted by its square.
+  double overhang() const { return 2 * edge_tolerance * (1 + edge_tolerance); }
 };
 
 // What a pair remembers from step to step, per slave node (in the order of the slave surface's nodes).

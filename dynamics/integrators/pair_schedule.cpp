@@ -248,10 +248,11 @@ double PairSchedule::steps_apart(Index p, Index step) const {
   const PairState& state = pair.seen();
   const double overlap = std::max({state.memory.initial_overlap, state.memory.depth, state.back.initial_overlap, state.back.depth});
   const double margin =
-      (step == 0 ? face_share(0) * largest_face_[p] : 0.05 * pair.master->size + overlap) + pair.adjust.value_or(0);
+      (step == 0 ? face_share(0) * largest_face_[p] : sim_.detection.late_depth * pair.master->size + overlap) + pair.adjust.value_or(0);
   const MotionBound slave = bound_at(pair.slave->body, step);
   if (pair.wall) return std::floor(pair.wall->time_apart(slave, margin) / plan().h);
-  const Vector3 beside = 0.11 * pair.master->extent;  // nodes off the edges of faces may be held
+  // Nodes off the edges of faces may be held; two-way looks at those of either side
+  const Vector3 beside = sim_.detection.overhang() * pair.master->extent.cwiseMax(pair.slave->extent);
   const double apart = time_apart(slave, bound_at(pair.master->body, step), beside.array() + margin);
   return std::floor(apart / plan().h);
 }

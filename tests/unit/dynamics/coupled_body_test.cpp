@@ -24,7 +24,7 @@ using test::ramp;
 using test::random_points;
 using test::shared;
 using test::some_held;
-using test::turned;
+using test::oblique;
 
 constexpr double alphas[] = {0.0, -0.1, -1.0 / 3};
 
@@ -88,7 +88,7 @@ TEST(CoupledBody, IsTheSchemeOfTheDenseMatrices) {
     for (const bool hold : {false, true}) {
       for (const Method& method : methods) {
         const auto held = hold ? some_held() : std::vector<HeldDirection>{};
-        const Placement placement = turned();
+        const Placement placement = oblique(true);
         const auto body = coupled_body("b", model, placement, held, method.scheme, {method.alpha});
         const Index set = body->track({2, 5, 7});
         Dense dense(*model, held, method);
@@ -136,7 +136,7 @@ TEST(CoupledBody, EnergyBalanceClosesToRoundOff) {
     for (const bool hold : {false, true}) {
       for (const Method& method : methods) {
         const auto body =
-            coupled_body("b", model, turned(), hold ? some_held() : std::vector<HeldDirection>{}, method.scheme, {method.alpha});
+            coupled_body("b", model, oblique(true), hold ? some_held() : std::vector<HeldDirection>{}, method.scheme, {method.alpha});
         const Index set = body->track({1, 4, 7});
         body->add_force(random_points(random, body->n_nodes(), 1), ramp);
         body->add_gravity(Vector3(0, 0, -9.81), {});
@@ -196,7 +196,7 @@ TEST(CoupledBody, ResponseIsWhatImpulsesDoAndMomentumIsTheirs) {
   std::mt19937 random(2);
   for (const auto& model : all_models()) {
     for (const Method& method : methods) {
-      const auto body = coupled_body("b", model, turned(), {}, method.scheme, {method.alpha});
+      const auto body = coupled_body("b", model, oblique(true), {}, method.scheme, {method.alpha});
       const auto nodes = all_nodes(*body);
       const Index set = body->track(nodes);
       const double h = (method.scheme == Scheme::newmark ? 6 : 1.9) / body->largest_frequency();
@@ -219,7 +219,7 @@ TEST(CoupledBody, ResponseIsWhatImpulsesDoAndMomentumIsTheirs) {
       const BodyState start = body->state();
       Vector3 momentum = start.momentum, angular = start.angular_momentum;
       const Vector3 center =
-          body->reference_positions().colwise().mean().transpose() * 0 + turned().T * model->rigid_body.center + turned().position;
+          body->reference_positions().colwise().mean().transpose() * 0 + oblique(true).T * model->rigid_body.center + oblique(true).position;
       double scale = momentum.norm(), angular_scale = angular.norm();
       for (int step = 1; step < 100; ++step) {
         const Points q = random_points(random, body->n_nodes(), step % 10 == 0 ? 0.3 : 0.0);
@@ -246,7 +246,7 @@ TEST(CoupledBody, ConvergesWithTheSquareOfTheStep) {
   const auto model = shared(chain_with_shells(2));
   const auto form = std::make_shared<const DiagonalForm>(diagonal_form(*model, some_held(), "test"));
   const auto nodes = std::make_shared<const Superelement>(nodes_only(*model));
-  SuperelementBody exact("b", nodes, form, turned(), Scheme::exact);
+  SuperelementBody exact("b", nodes, form, oblique(true), Scheme::exact);
   const double end = 4.0 / exact.largest_frequency();
   std::mt19937 random(2);
   const Points force = random_points(random, exact.n_nodes(), 50);
@@ -257,7 +257,7 @@ TEST(CoupledBody, ConvergesWithTheSquareOfTheStep) {
   for (const Method& method : methods) {
     double error[2] = {};
     for (const int level : {0, 1}) {
-      const auto body = coupled_body("b", model, turned(), some_held(), method.scheme, {method.alpha});
+      const auto body = coupled_body("b", model, oblique(true), some_held(), method.scheme, {method.alpha});
       body->add_force(force, {{0.0, end}, {0.0, 2.0}});
       const int steps = 40 << level;
       for (int i = 0; i < steps; ++i) body->predict(i * end / steps, end / steps), body->accept();
@@ -278,7 +278,7 @@ TEST(CoupledBody, ABodyThatIsHeldWhollyStays) {
   const auto superelement = std::make_shared<Superelement>(test::reduce(block, test::x_nodes(block, true, true), 0));
   for (const auto& model : {shared(coupled_model(b.fe, b.geometry.coordinates)), shared(coupled_model(superelement))}) {
     for (const Method& method : methods) {
-      const auto body = coupled_body("b", model, turned(), held, method.scheme, {method.alpha});
+      const auto body = coupled_body("b", model, oblique(true), held, method.scheme, {method.alpha});
       EXPECT_EQ(body->n_dofs(), 0);
       EXPECT_EQ(body->largest_frequency(), 0);
       const Index set = body->track({0, 1});

@@ -18,7 +18,7 @@ using test::ramp;
 using test::random_points;
 using test::shared;
 using test::some_held;
-using test::turned;
+using test::oblique;
 
 void expect_equal_states(const Body& a, const Body& b, double tolerance) {
   const BodyState s = a.state(), r = b.state();
@@ -69,10 +69,10 @@ TEST(CoupledBody, OneSuperelementMovesAsSuperelementBody) {
       if (hold && method.scheme == Scheme::central_difference) continue;  // nodal velocities at held nodes are not alike
       const auto held = hold ? some_held() : std::vector<HeldDirection>{};
       auto s = std::make_shared<Superelement>(test::reduce(block, test::x_nodes(block, true, true), 9));
-      const auto body = coupled_body("b", shared(coupled_model(s)), turned(), held, method.scheme, {method.alpha});
+      const auto body = coupled_body("b", shared(coupled_model(s)), oblique(true), held, method.scheme, {method.alpha});
       const auto form =
           std::make_shared<DiagonalForm>(hold ? held_diagonal_form(*s, held, "test") : free_diagonal_form(*s, "test"));
-      SuperelementBody other("b", s, form, turned(), method.scheme, {method.alpha});
+      SuperelementBody other("b", s, form, oblique(true), method.scheme, {method.alpha});
       EXPECT_NEAR(body->largest_frequency() / other.largest_frequency(), 1, 1e-6);
       EXPECT_GE(body->largest_frequency(), other.largest_frequency() * (1 - 1e-12));
       const Index set = body->track({1, 5}), other_set = other.track({1, 5});
@@ -93,9 +93,9 @@ TEST(CoupledBody, MeshMovesAsMeshBody) {
       const auto held = hold ? some_held() : std::vector<HeldDirection>{};
       const test::Brick b = test::make_brick({3, 2, 2}, Vector3(1, 0.6, 0.5), {100, 0.3, 2}, mass);
       const auto body =
-          coupled_body("b", shared(coupled_model(b.fe, b.geometry.coordinates)), turned(), held, Scheme::central_difference, {});
+          coupled_body("b", shared(coupled_model(b.fe, b.geometry.coordinates)), oblique(true), held, Scheme::central_difference, {});
       const auto model = std::make_shared<MeshModel>(mesh_model(b.fe, b.geometry.coordinates, mass == MassKind::lumped));
-      MeshBody other("b", model, turned(), held, std::make_shared<RowThreads>(1));
+      MeshBody other("b", model, oblique(true), held, std::make_shared<RowThreads>(1));
       if (!hold) {
         EXPECT_NEAR(body->largest_frequency() / other.largest_frequency(), 1, 1e-6);
       }
@@ -124,8 +124,8 @@ TEST(CoupledBody, MeshMovesAsMeshBody) {
 
 TEST(CoupledBody, InstancesShareASystem) {
   const auto system = std::make_shared<CoupledSystem>(shared(chain(2, 3).model()), some_held(), "test");
-  const auto alone = coupled_body("a", shared(chain(2, 3).model()), turned(), some_held(), Scheme::newmark, {-0.1});
-  CoupledBody a("a", system, turned(), Scheme::newmark, {-0.1}), b("b", system, {}, Scheme::newmark, {0.0});
+  const auto alone = coupled_body("a", shared(chain(2, 3).model()), oblique(true), some_held(), Scheme::newmark, {-0.1});
+  CoupledBody a("a", system, oblique(true), Scheme::newmark, {-0.1}), b("b", system, {}, Scheme::newmark, {0.0});
   const double h = 3 / system->largest_frequency();
   for (int step = 0; step < 20; ++step) {
     for (Body* body : {static_cast<Body*>(&a), static_cast<Body*>(&b), alone.get()}) body->predict(step * h, h);

@@ -115,15 +115,6 @@ const std::vector<Method> methods{
 
 const History ramp{{0.0, 0.013, 0.041, 0.3}, {1.0, 3.0, -2.0, 0.5}};
 
-Placement turned(bool mirrored) {
-  Placement placement;
-  placement.T = Eigen::AngleAxisd(0.7, Vector3(1, 2, -1).normalized()).toRotationMatrix();
-  if (mirrored) placement.T = (placement.T * Vector3(1, -1, 1).asDiagonal()).eval();
-  placement.position = Vector3(0.3, -0.2, 1.1);
-  placement.velocity = Vector3(2, -1, 0.5);
-  return placement;
-}
-
 std::shared_ptr<const CoupledModel> shared(CoupledModel model) { return std::make_shared<const CoupledModel>(std::move(model)); }
 
 }  // namespace cbr::test

@@ -49,11 +49,6 @@ extern const std::vector<Method> methods;
 // A load's history with bends.
 extern const History ramp;
 
-// In axes of its own, mirrored or not, and under way.
-Placement turned(bool mirrored = true);
-
-Points random_points(std::mt19937& random, Index n, double size);
-
 std::shared_ptr<const CoupledModel> shared(CoupledModel model);
 
 }  // namespace cbr::test

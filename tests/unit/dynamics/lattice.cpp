@@ -123,4 +123,18 @@ Model model(Superelement s) {
   return m;
 }
 
+Placement oblique(bool mirrored) {
+  Placement placement;
+  placement.T = Eigen::AngleAxisd(0.7, Vector3(1, 2, -1).normalized()).toRotationMatrix();
+  if (mirrored) placement.T = (placement.T * Vector3(1, -1, 1).asDiagonal()).eval();
+  placement.position = Vector3(0.3, -0.2, 1.1);
+  placement.velocity = Vector3(2, -1, 0.5);
+  return placement;
+}
+
+Points random_points(std::mt19937& random, Index n, double size) {
+  std::normal_distribution<double> normal;
+  return Points::NullaryExpr(n, 3, [&] { return size * normal(random); });
+}
+
 }  // namespace cbr::test

@@ -3,11 +3,13 @@
 #pragma once
 
 #include <memory>
+#include <random>
 #include <string>
 #include <vector>
 
 #include "common/superelement.hpp"
 #include "dynamics/bodies/diagonal_form.hpp"
+#include "dynamics/bodies/superelement_body.hpp"
 
 namespace cbr::test {
 
@@ -41,5 +43,10 @@ struct Model {
 };
 
 Model model(Superelement s);
+
+// In axes of its own, mirrored or not, and under way.
+Placement oblique(bool mirrored);
+
+Points random_points(std::mt19937& random, Index n, double size);
 
 }  // namespace cbr::test

@@ -29,13 +29,6 @@ SuperelementBody make_body(Index k, Scheme scheme, double alpha, const Placement
   return {"body", model.superelement, model.form, placement, scheme, NewmarkOptions{alpha}};
 }
 
-Placement turned() {
-  Placement placement;
-  placement.T = Eigen::AngleAxisd(0.7, Vector3(1, 2, -1).normalized()).toRotationMatrix() * Vector3(1, -1, 1).asDiagonal();
-  placement.velocity = Vector3(2, -1, 0.5);
-  return placement;
-}
-
 Points random_points(std::mt19937& random, Index n, double size) {
   std::normal_distribution<double> normal;
   return Points::NullaryExpr(n, 3, [&] { return size * normal(random); });
@@ -94,7 +87,7 @@ TEST(Newmark, IsTheSchemeOfTheDenseMatrices) {
 TEST(Newmark, ResponseIsWhatImpulsesDoAndTheInverseOfTheSystemMatrix) {
   std::mt19937 random(2);
   for (const double alpha : alphas) {
-    SuperelementBody body = make_body(8, Scheme::newmark, alpha, turned());
+    SuperelementBody body = make_body(8, Scheme::newmark, alpha, test::oblique(true));
     const Index set = body.track({0, 3, 5, 11});
     for (const double share : {0.5, 2.0, 300.0}) {
       const double h = share / body.largest_frequency();
@@ -125,7 +118,7 @@ TEST(Newmark, ResponseIsWhatImpulsesDoAndTheInverseOfTheSystemMatrix) {
 TEST(Newmark, MomentumIsThatOfTheImpulses) {
   std::mt19937 random(1);
   for (const double alpha : alphas) {
-    SuperelementBody body = make_body(12, Scheme::newmark, alpha, turned());
+    SuperelementBody body = make_body(12, Scheme::newmark, alpha, test::oblique(true));
     std::vector<Index> nodes(body.n_nodes());
     std::iota(nodes.begin(), nodes.end(), Index{0});
     const Index set = body.track(nodes);
@@ -155,7 +148,7 @@ TEST(Newmark, EnergyBalanceClosesToRoundOff) {
   std::mt19937 random(3);
   for (const double alpha : alphas) {
     for (const double share : {1.2, 150.0}) {
-      SuperelementBody body = make_body(12, Scheme::newmark, alpha, turned());
+      SuperelementBody body = make_body(12, Scheme::newmark, alpha, test::oblique(true));
       const Index set = body.track({1, 4, 7});
       body.add_force(random_points(random, body.n_nodes(), 4.0), ramp);
       body.add_gravity(Vector3(0, 0, -9.81), {});

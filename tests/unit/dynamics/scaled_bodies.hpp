@@ -22,10 +22,6 @@ struct Case {
 
 const Lattice& block();
 
-Placement oblique(bool mirrored);
-
-Points random_points(std::mt19937& random, Index n, double size);
-
 std::vector<HeldDirection> held_directions(Shape shape);
 
 Model model_of(const Case& c);

@@ -221,13 +221,6 @@ double booked(const Body& body) {
   return work.external + work.contact + work.friction + work.numerical;
 }
 
-Placement turned() {
-  Placement placement;
-  placement.T = Eigen::AngleAxisd(0.7, Vector3(1, 2, -1).normalized()).toRotationMatrix() * Vector3(1, -1, 1).asDiagonal();
-  placement.velocity = Vector3(2, -1, 0.5);
-  return placement;
-}
-
 // Impulses at the end of some steps, after ones over the step, against a twin without them.
 void expect_end_impulses(Body& body, Body& twin, bool is_free) {
   std::mt19937 random(15);
@@ -273,7 +266,7 @@ TEST(SettleVelocities, SuperelementsTakeImpulsesAtTheEnd) {
   const auto model = test::model(test::reduce(block, test::x_nodes(block, true, true), 6));
   for (const double alpha : {0.0, -0.1, -1.0 / 3}) {
     const auto make = [&] {
-      return SuperelementBody("body", model.superelement, model.form, turned(), Scheme::newmark, NewmarkOptions{alpha});
+      return SuperelementBody("body", model.superelement, model.form, test::oblique(true), Scheme::newmark, NewmarkOptions{alpha});
     };
     SuperelementBody body = make(), twin = make();
     expect_end_impulses(body, twin, true);
@@ -290,7 +283,7 @@ TEST(SettleVelocities, CoupledBodiesTakeImpulsesAtTheEnd) {
     const auto model = std::make_shared<const CoupledModel>(of);
     for (const std::vector<HeldDirection>& held : {std::vector<HeldDirection>{}, test::some_held()}) {
       for (const double alpha : {0.0, -0.1, -1.0 / 3}) {
-        const auto make = [&] { return coupled_body("body", model, turned(), held, Scheme::newmark, NewmarkOptions{alpha}); };
+        const auto make = [&] { return coupled_body("body", model, test::oblique(true), held, Scheme::newmark, NewmarkOptions{alpha}); };
         expect_end_impulses(*make(), *make(), held.empty());
       }
     }
@@ -301,7 +294,7 @@ TEST(SettleVelocities, CoupledBodiesTakeImpulsesAtTheEnd) {
 TEST(SettleVelocities, LumpedMeshesAnswerNodeByNode) {
   const test::Brick brick = test::make_brick({3, 2, 2}, Vector3(1, 0.6, 0.5), {100, 0.3, 2});
   const auto model = std::make_shared<const CoupledModel>(coupled_model(brick.fe, brick.geometry.coordinates));
-  const auto body = coupled_body("body", model, turned(), {}, Scheme::newmark, {});
+  const auto body = coupled_body("body", model, test::oblique(true), {}, Scheme::newmark, {});
   EXPECT_TRUE(body->velocity_response(body->track({0, 5, 7})).is_diagonal());
 }
 

@@ -9,32 +9,17 @@
 #include <numeric>
 #include <random>
 
-#include "tests/unit/dynamics/lattice.hpp"
+#include "tests/unit/dynamics/scaled_bodies.hpp"
 
 namespace cbr {
 namespace {
 
+using test::block;
+using test::energy;
 using test::lattice;
 using test::Lattice;
-
-const Lattice& block() {
-  static const Lattice body = lattice({4, 3, 3}, 0.1, 2e3, 0.5);
-  return body;
-}
-
-Placement oblique(bool mirrored) {
-  Placement placement;
-  placement.T = Eigen::AngleAxisd(0.7, Vector3(1, 2, -1).normalized()).toRotationMatrix();
-  if (mirrored) placement.T = (placement.T * Vector3(1, -1, 1).asDiagonal()).eval();
-  placement.position = Vector3(0.3, -0.2, 1.1);
-  placement.velocity = Vector3(2, -1, 0.5);
-  return placement;
-}
-
-Points random_points(std::mt19937& random, Index n, double size) {
-  std::normal_distribution<double> normal;
-  return Points::NullaryExpr(n, 3, [&] { return size * normal(random); });
-}
+using test::oblique;
+using test::random_points;
 
 std::vector<Index> all_nodes(const Body& body) {
   std::vector<Index> nodes(body.n_nodes());
@@ -45,11 +30,6 @@ std::vector<Index> all_nodes(const Body& body) {
 SuperelementBody make_body(Index k, Scheme scheme, bool mirrored = false) {
   const auto model = test::model(test::reduce(block(), test::x_nodes(block(), true, true), k));
   return {"body", model.superelement, model.form, oblique(mirrored), scheme};
-}
-
-double energy(const Body& body) {
-  const BodyState state = body.state();
-  return state.kinetic_energy + state.strain_energy;
 }
 
 TEST(SuperelementBody, RigidFlightIsExact) {
