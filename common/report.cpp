@@ -175,6 +175,11 @@ void Report::write_timings() const {
   file.commit();
 }
 
+void Report::refuse_timings_at(const std::filesystem::path& output, const std::string& what) const {
+  if (timings_file_.empty() || !is_same_file(output, timings_file_)) return;
+  throw InputError(timings_file_.string() + ": is the file of both " + what + " and the timings: give --timings another name");
+}
+
 void print_error(const std::string& program, const std::string& text) { print(program + ": error: " + printable(text) + "\n"); }
 
 double peak_memory_bytes() {

@@ -61,6 +61,8 @@ class Report {
   // The same and the counts to the file that --timings names, if any (docs/formats.md). InputError as above. RunError when the disk
   // refuses.
   void write_timings() const;
+  // InputError when --timings names this file, which the run is to write as `what`. To be asked before the work.
+  void refuse_timings_at(const std::filesystem::path& output, const std::string& what) const;
 
  private:
   std::string program_, about_;

@@ -326,6 +326,9 @@ void run_reduce(const ReduceCommand& command, std::ostream* scene_out, Report& r
   if (!is_mesh) refuse_mesh_options(command);
   const Scene scene = is_mesh ? scene_of_mesh(command) : read_scene(command.input);
   check_contact_with_time(scene);
+  for (const auto& [name, component] : scene.components)
+    if (component.reduction)
+      report.refuse_timings_at(component.reduction->superelement, "the superelement of component '" + name + "'");
   Reducer reducer(command, report);
   const bool any = for_each_component(scene, is_mesh ? command.input : "", [&](const Component& component) {
     if (!is_mesh) report.about("component '" + component.name + "': ");

@@ -47,6 +47,7 @@ void skin_a_mesh(const SkinCommand& command, Report& report) {
   if (command.output.empty()) throw InputError(command.input + ": where to? Give -o FILE.msh or -o FILE.exo");
   if (is_same_file(command.input, command.output))
     throw InputError(command.output.string() + ": is the mesh to skin and would be lost: give -o another name");
+  report.refuse_timings_at(command.output, "the skinned mesh");
   UnchangedFiles inputs;
   inputs.add(command.input);
   SkinnedMesh skinned;
@@ -78,6 +79,7 @@ void skin_a_scene(const SkinCommand& command, std::ostream* scene_out, Report& r
       if (is_same_file(component.mesh, scene.skin->mesh))
         throw InputError(scene.skin->source.text() + ": skin: mesh: '" + scene.skin->mesh.filename().string() +
                          "' is the mesh of component '" + name + "' and would be lost: give the skinned mesh another name");
+    report.refuse_timings_at(scene.skin->mesh, "the skinned mesh");
     UnchangedFiles inputs;
     for (const Instance& instance : scene.instances) inputs.add(component_of(scene, instance).mesh);
     SkinnedMesh skinned;

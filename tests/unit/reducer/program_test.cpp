@@ -31,21 +31,21 @@ class Program : public testing::Test {
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
 
   // Runs as the program does, and returns the scene handed on.
-  std::string run(std::vector<std::string> arguments) const {
+  std::string run(std::vector<std::string> arguments, const std::string& timings = "") const {
     CLI::App app("test", "cbr-reduce");
     ReduceCommand command;
     add_reduce_options(app, command);
     std::reverse(arguments.begin(), arguments.end());
     app.parse(arguments);
-    Report report("cbr-reduce", Verbosity::quiet);
+    Report report("cbr-reduce", Verbosity::quiet, timings);
     std::ostringstream scene;
     run_reduce(command, &scene, report);
     return scene.str();
   }
 
-  std::string message_of(const std::vector<std::string>& arguments) const {
+  std::string message_of(const std::vector<std::string>& arguments, const std::string& timings = "") const {
     try {
-      run(arguments);
+      run(arguments, timings);
     } catch (const InputError& error) {
       return error.what();
     }
@@ -226,6 +226,14 @@ TEST_F(Program, OverwritesNoMeshAndNoScene) {
   EXPECT_NE(with_superelement("link.h5").find("the mesh of component 'box'"), std::string::npos);
   EXPECT_NE(with_superelement("scene.yaml").find("the scene itself"), std::string::npos);
   EXPECT_EQ(bytes(path("box.msh")), mesh);
+}
+
+TEST_F(Program, TimingsInThePlaceOfASuperelementAreRefusedBeforeTheWork) {
+  EXPECT_NE(message_of({scene("{interface: [x_max], modes: 4}")}, path("twin.cbr.h5"))
+                .find("twin.cbr.h5: is the file of both the superelement of component 'twin' and the timings"),
+            std::string::npos);
+  EXPECT_FALSE(fs::exists(path("box.cbr.h5")));
+  EXPECT_FALSE(fs::exists(path("twin.cbr.h5")));
 }
 
 TEST_F(Program, OverwritesNoHdf5FileOfAnotherKind) {

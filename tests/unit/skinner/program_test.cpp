@@ -144,6 +144,7 @@ TEST(SkinProgram, badInputIsOneLineAndLeavesNothing) {
   refused("brick.msh", "--sideset");
   refused("brick.msh --sideset x_max", "-o");
   refused("brick.msh --sideset x_max -o ./brick.msh", "would be lost");
+  refused("brick.msh --sideset x_max -o s.msh --timings ./s.msh", "is the file of both the skinned mesh and the timings");
   refused("brick.msh --sideset top -o s.msh", "x_min, x_max");
   refused("brick.msh --sideset x_max -o s.stl", ".stl");
   refused("brick.msh --sideset x_max -o no/such/folder/s.msh", "folder");
