@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The benchmarks of `make bench`: bench.py PART ... with PART of machine, t1, projected, reduction, interior, skipping, features, bases,
-calculix, largest, plots; all but largest without any.
+few_shapes, calculix, largest, plots; all but largest without any.
 
 BIN and BENCH (folders of the programs and of bench_machine), OUT (folder of the CSV files and plots) and as options SMOKE=1 (smallest
 sizes, one run each), REPEATS (3), REFINEMENTS ("1 2 4") come from the environment: tests/benchmarks/Makefile. When each part was
@@ -16,6 +16,7 @@ import sys
 import bases
 import ccx
 import features
+import few_shapes
 import interior
 import limits
 import machine
@@ -98,6 +99,10 @@ def measure_bases(settings):
     write_csv(settings.out / "bases.csv", bases.measure(settings), bases.COLUMNS)
 
 
+def measure_few_shapes(settings):
+    write_csv(settings.out / "few_shapes.csv", few_shapes.measure(settings), few_shapes.COLUMNS)
+
+
 def measure_skipping(settings):
     write_csv(settings.out / "skipping.csv", skipping.measure(settings), skipping.COLUMNS)
 
@@ -108,7 +113,7 @@ def measure_features(settings):
 
 PARTS = {"machine": measure_machine, "t1": measure_t1, "projected": measure_projected, "reduction": measure_reduction,
          "interior": measure_interior, "skipping": measure_skipping,
-         "features": measure_features, "bases": measure_bases, "calculix": measure_calculix, "largest": measure_largest, "plots": lambda settings: plots.make(settings.out)}
+         "features": measure_features, "bases": measure_bases, "few_shapes": measure_few_shapes, "calculix": measure_calculix, "largest": measure_largest, "plots": lambda settings: plots.make(settings.out)}
 
 
 def record(settings, part):
