@@ -5,11 +5,13 @@
 #include <CLI/CLI.hpp>
 
 #include "common/flush_denormals.hpp"
+#include "common/linalg/blas_kernels.hpp"
 #include "common/program.hpp"
 #include "dynamics/output/checkpoint.hpp"
 #include "dynamics/program.hpp"
 
 int main(int argc, char** argv) {
+  cbr::restart_with_better_kernels(argv);
   // Matrices of a step come and go: giving their pages back each time costs more than the step, above all with threads
   mallopt(M_MMAP_THRESHOLD, 1 << 28);
   mallopt(M_TRIM_THRESHOLD, 1 << 30);

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <CLI/CLI.hpp>
 
+#include "common/linalg/blas_kernels.hpp"
 #include "common/program.hpp"
 #include "reducer/command.hpp"
 
 int main(int argc, char** argv) {
+  cbr::restart_with_better_kernels(argv);
   CLI::App app("Reduces finite element components to Craig-Bampton superelements that keep their interface's faces.", "cbr-reduce");
   app.footer(
       "examples:\n"

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <CLI/CLI.hpp>
 
+#include "common/linalg/blas_kernels.hpp"
 #include "common/program.hpp"
 #include "skinner/command.hpp"
 
 int main(int argc, char** argv) {
+  cbr::restart_with_better_kernels(argv);
   CLI::App app("Puts blocks of fictitious shells on the sidesets of a mesh, or on the surfaces of a scene's instances.",
                "cbr-skin");
   app.footer(

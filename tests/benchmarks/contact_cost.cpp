@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "common/linalg/blas_kernels.hpp"
 #include "common/parallel.hpp"
 #include "common/program.hpp"
 #include "dynamics/contact/enforcement.hpp"
@@ -264,6 +265,7 @@ bool same_motion(const cbr::Simulation& timed, const cbr::test::SceneFolder& fol
 }  // namespace
 
 int main(int argc, char** argv) {
+  cbr::restart_with_better_kernels(argv);
   const Index largest = argc > 1 ? std::atol(argv[1]) : 2100, largest_reduced = argc > 2 ? std::atol(argv[2]) : 1100;
   const double wave = std::sqrt(modulus * 1.35 / density);  // longitudinal, nu = 0.3
   const double bandwidth = triad();

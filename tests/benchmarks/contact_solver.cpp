@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <string>
 
+#include "common/linalg/blas_kernels.hpp"
 #include "dynamics/contact/block_gauss_seidel.hpp"
 #include "dynamics/contact/contact_newton.hpp"
 #include "dynamics/contact/projected_gradients.hpp"
@@ -71,6 +72,7 @@ void measure(const Case& of, const Press& press) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  cbr::restart_with_better_kernels(argv);
   const double largest = argc > 1 ? std::atof(argv[1]) : 2500, megabytes = argc > 2 ? std::atof(argv[2]) : 1500;
   std::printf("response,law,points,method,seconds,iterations,residual,open,stick,slide\n");
   for (const Index n : {10, 18, 32, 50, 71, 100}) {

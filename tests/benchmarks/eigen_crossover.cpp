@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "common/linalg/blas_kernels.hpp"
 #include "common/linalg/eigenpairs.hpp"
 #include "reducer/partition.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
@@ -40,6 +41,7 @@ void row(Index elements, double share) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  cbr::restart_with_better_kernels(argv);
   const double largest = argc > 1 ? std::atof(argv[1]) : 4000;
   std::printf("n,k,share,factor_nonzeros,dense_seconds,sparse_seconds,restarts,difference\n");
   for (const Index elements : {2, 6, 8, 10, 12}) {

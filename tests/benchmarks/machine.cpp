@@ -12,6 +12,7 @@
 #include <cstdlib>
 #include <vector>
 
+#include "common/linalg/blas_kernels.hpp"
 #include "common/parallel.hpp"
 #include "common/program.hpp"
 #include "common/types.hpp"
@@ -89,6 +90,7 @@ void matrix_times_vector(const char* name, Index n, int threads, double least) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  cbr::restart_with_better_kernels(argv);
   const Index n = argc > 1 ? std::atoi(argv[1]) : 2000;
   if (n < 10) return 2;
   const bool smoke = n < 1000;

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "common/linalg/blas_kernels.hpp"
 #include "common/program.hpp"
 #include "reducer/reduce.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
@@ -90,6 +91,7 @@ bool parse(const std::string& text, Case& result) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  cbr::restart_with_better_kernels(argv);
   std::vector<Case> cases;
   cbr::ReduceSettings settings;
   Index largest = 0;

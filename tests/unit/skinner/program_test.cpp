@@ -48,6 +48,22 @@ struct Here {
   }
 };
 
+// OpenBLAS says each time that it is loaded what it found: "Core: Haswell"
+TEST(SkinProgram, runsWithKernelsOfThisProcessorUnlessToldOtherwise) {
+  Here here;
+  const auto last_core = [&](const std::string& variables) {
+    const std::string said = here.run("env " + variables + " OPENBLAS_VERBOSE=2 " + std::string(CBR_SKIN), "--version").err;
+    const std::size_t at = said.rfind("Core: ");
+    return at == std::string::npos ? said : said.substr(at + 6, said.find_first_of(" \n", at + 6) - at - 6);
+  };
+  EXPECT_EQ(last_core("OPENBLAS_CORETYPE=Prescott"), "Prescott");
+#ifdef __x86_64__
+  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) {
+    EXPECT_NE(last_core("-u OPENBLAS_CORETYPE"), "Prescott");
+  }
+#endif
+}
+
 TEST(SkinProgram, overwritesNoMeshOfAComponent) {
   Here here;
   std::filesystem::create_symlink("brick.msh", here / "link.msh");
