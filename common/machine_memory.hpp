@@ -3,6 +3,6 @@
 
 namespace cbr {
 
-double machine_memory_bytes();  // physical memory, whoever uses it
+double machine_memory_bytes();  // physical memory, whoever uses it, or what the container may have of it
 
 }  // namespace cbr

@@ -50,7 +50,9 @@ void refuse_protected(const fs::path& target, const fs::path& resolved) {
   struct stat now = {};
   if (::stat(resolved.c_str(), &now) != 0) return;
   const bool protected_by_all = (now.st_mode & (S_IWUSR | S_IWGRP | S_IWOTH)) == 0;
-  if (protected_by_all || ::access(resolved.c_str(), W_OK) != 0)
+  const bool refused = ::access(resolved.c_str(), W_OK) != 0;
+  if (refused && errno == EROFS) throw RunError(target.string() + ": cannot be written: " + std::strerror(EROFS));
+  if (protected_by_all || refused)
     throw RunError(target.string() +
                    ": Permission denied: is there and write-protected: make it writable (chmod u+w) or give another name");
 }

@@ -104,6 +104,16 @@ std::string usage_text(const CLI::App& app, const CLI::Error& error) {
   return error.what();
 }
 
+// No argument of ours means anything when it is empty: a variable of the shell that is not set must not begin a run anew.
+std::string empty_argument(int argc, char** argv) {
+  for (int i = 1; i < argc; ++i) {
+    const std::string text = argv[i];
+    if (text.empty()) return i > 1 ? "the argument after '" + std::string(argv[i - 1]) + "'" : "the first argument";
+    if (text.starts_with("--") && text.ends_with("=")) return "what should follow '" + text + "'";
+  }
+  return "";
+}
+
 int usage_error(const CLI::App& app, const CLI::Error& error, const std::string& program) {
   print_error(program, usage_text(app, error) + "; " + program + " --help shows the usage");
   return 2;
@@ -146,19 +156,23 @@ Verbosity CommonOptions::verbosity() const {
   return verbose ? Verbosity::verbose : Verbosity::normal;
 }
 
+CLI::Validator whole_number(const std::string& of_what, int least) {
+  return CLI::Validator(
+      [of_what, least](std::string& text) {
+        int n = 0;
+        if (CLI::detail::lexical_cast(text, n) && n >= least) return std::string();
+        return "'" + text + "' is not a number of " + of_what + ", give a whole number from " + std::to_string(least);
+      },
+      "");
+}
+
 void add_common_options(CLI::App& app, CommonOptions& options) {
   app.set_version_flag("--version", app.get_name() + " " + version());
   auto* quiet = app.add_flag("-q,--quiet", options.quiet, "Print warnings and errors only");
   app.add_flag("-v,--verbose", options.verbose, "Print details")->excludes(quiet);
   app.add_option("--threads", options.threads, "Use at most so many threads; all processors unless given")
       ->type_name("N")
-      ->check(CLI::Validator(
-          [](std::string& text) {
-            int n = 0;
-            const bool valid = CLI::detail::lexical_cast(text, n) && n >= 1;
-            return valid ? std::string() : "'" + text + "' is not a number of threads, give a whole number from 1";
-          },
-          ""));
+      ->check(whole_number("threads", 1));
   app.add_option("--timings", options.timings, "Write seconds by phase, and counts of the work, to this file (CSV)")
       ->type_name("FILE");
   app.parse_complete_callback([&options] { set_threads(options.threads); });
@@ -176,6 +190,11 @@ int run_program(CLI::App& app, int argc, char** argv, const std::function<void()
   const std::string program = program_name(app, argc, argv);
   name_for_handler[program.copy(name_for_handler, sizeof name_for_handler - 1)] = '\0';
   install_handlers();
+  const std::string empty = empty_argument(argc, argv);
+  if (!empty.empty()) {
+    print_error(program, empty + " is empty: is a variable of the shell not set? " + program + " --help shows the usage");
+    return 2;
+  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::Error& error) {

@@ -10,6 +10,7 @@
 
 namespace CLI {
 class App;
+class Validator;
 }
 
 namespace cbr {
@@ -22,6 +23,9 @@ struct CommonOptions {
 };
 
 void add_common_options(CLI::App& app, CommonOptions& options);
+
+// For an option: "'x' is not a number of threads, give a whole number from 1".
+CLI::Validator whole_number(const std::string& of_what, int least);
 
 // Bounds the threads of BLAS (and of ours) to `threads`, 0: all processors.
 void set_threads(int threads);

@@ -2,7 +2,9 @@
 #include "common/replaced_file.hpp"
 
 #include <algorithm>
+#include <fstream>
 #include <optional>
+#include <string_view>
 
 #include "common/error.hpp"
 #include "common/hdf5_file.hpp"
@@ -21,10 +23,21 @@ std::optional<std::string> hdf5_format(const std::filesystem::path& file) {
   }
 }
 
+bool is_something_else(const std::filesystem::path& file) {
+  constexpr std::string_view signature = "\x89HDF\r\n\x1a\n";
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error) || std::filesystem::file_size(file, error) == 0) return false;
+  std::string start(signature.size(), '\0');
+  std::ifstream in(file, std::ios::binary);
+  return !in.read(start.data(), static_cast<std::streamsize>(start.size())) || start != signature;
+}
+
 }  // namespace
 
-void refuse_other_hdf5(const std::filesystem::path& target, const std::vector<std::string>& formats, const std::string& what,
+void refuse_other_file(const std::filesystem::path& target, const std::vector<std::string>& formats, const std::string& what,
                        const std::string& cure) {
+  if (is_something_else(target))
+    throw InputError(target.string() + ": is there and is no HDF5 file, and " + what + " would replace it: " + cure);
   const std::optional<std::string> found = hdf5_format(target);
   if (!found || std::find(formats.begin(), formats.end(), *found) != formats.end()) return;
   throw InputError(target.string() + ": is there and is another kind of HDF5 file (" +

@@ -8,9 +8,9 @@
 
 namespace cbr {
 
-// InputError when `target` is an HDF5 file whose root attribute 'format' is none of `formats`: "FILE: is a checkpoint of cbr-dyn
-// (HDF5, format cbr-checkpoint), which WHAT would replace: CURE". What is not there, damaged, or no HDF5 file passes.
-void refuse_other_hdf5(const std::filesystem::path& target, const std::vector<std::string>& formats, const std::string& what,
+// InputError when `target` is there and is no HDF5 file with one of `formats` as its root attribute 'format': "FILE: is there and is
+// another kind of HDF5 file (format cbr-checkpoint), which WHAT would replace: CURE". Empty and damaged HDF5 files pass.
+void refuse_other_file(const std::filesystem::path& target, const std::vector<std::string>& formats, const std::string& what,
                        const std::string& cure);
 
 }  // namespace cbr

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <fstream>
 #include <sstream>
 
@@ -67,11 +68,13 @@ std::string table_row(const std::string& kind, const std::string& name, double v
 
 constexpr const char* table_header = "kind,name,value";
 
-// A mistyped --timings would cost the user a scene, a mesh or the results.
+// A mistyped --timings would cost the user a scene, a mesh or the results. What is no regular file is refused by who writes it.
 void refuse_to_replace(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  std::string line;
-  if (!in || !std::getline(in, line) || line == table_header) return;
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error) || std::filesystem::file_size(file, error) == 0) return;
+  std::string start(std::strlen(table_header) + 1, '\0');
+  std::ifstream(file).read(start.data(), static_cast<std::streamsize>(start.size()));
+  if (start == std::string(table_header) + "\n") return;
   throw InputError(file.string() + ": is there and is no table of timings: give --timings another name");
 }
 

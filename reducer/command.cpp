@@ -67,7 +67,7 @@ void refuse_to_overwrite(const Scene& scene, const std::string& input, const std
   }
   if (is_target(input))
     throw InputError("superelement '" + target.string() + "' is the scene itself and would overwrite it: give it another name");
-  refuse_other_hdf5(target, {"cbr-superelement", "cbr-superelement-group"}, "the superelement",
+  refuse_other_file(target, {"cbr-superelement", "cbr-superelement-group"}, "the superelement",
                     "give the superelement another name");
 }
 

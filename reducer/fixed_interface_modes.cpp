@@ -13,6 +13,7 @@
 #include "common/linalg/eigenpairs.hpp"
 #include "common/linalg/supernodal_inertia.hpp"
 #include "common/machine_memory.hpp"
+#include "common/number_text.hpp"
 
 namespace cbr {
 namespace {
@@ -201,7 +202,7 @@ void check_modes_wanted(const ReductionOptions& options) {
     return;
   }
   if (!(*options.cutoff_hz > 0) || !(*options.cutoff_hz < 1e100)) {
-    throw InputError("cutoff_hz: " + std::to_string(*options.cutoff_hz) +
+    throw InputError("cutoff_hz: " + number_text(*options.cutoff_hz) +
                      " found, a frequency in Hz above 0 and below 1e100 is allowed");
   }
 }

@@ -143,13 +143,7 @@ void add_reduce_options(CLI::App& app, ReduceCommand& command) {
          "--diagonal-limit", command.diagonal_limit,
          "store the diagonal form of superelements up to this many coordinates (default 6000; 3000 of domains put together)")
       ->type_name("N")
-      ->check(CLI::Validator(
-          [](std::string& text) {
-            Index n = 0;
-            const bool valid = CLI::detail::lexical_cast(text, n) && n >= 0;
-            return valid ? std::string() : "'" + text + "' is not a number of coordinates, give a whole number from 0";
-          },
-          ""));
+      ->check(whole_number("coordinates", 0));
 }
 
 Scene scene_of_mesh(const ReduceCommand& command) {

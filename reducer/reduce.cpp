@@ -8,6 +8,7 @@
 
 #include "common/connected_parts.hpp"
 #include "common/error.hpp"
+#include "common/machine_memory.hpp"
 #include "reducer/accuracy.hpp"
 #include "reducer/diagonal_form.hpp"
 #include "reducer/fixed_interface_modes.hpp"
@@ -294,6 +295,7 @@ Superelement reduce_to(const std::vector<Index>* interface, const Mesh& mesh, co
     } else {
       for (const Index node : *interface) kept.push_back(r.model.row[static_cast<std::size_t>(node)]);
     }
+    require_memory_for_interface(3 * static_cast<Index>(kept.size()), machine_memory_bytes());
     r.p = partition(r.model, kept);
     r.part = connected_parts(mesh, r.model);
     if (!settings.is_domain) tell_of_parts(mesh, r.model, r.part, report);

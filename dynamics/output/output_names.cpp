@@ -92,10 +92,10 @@ void check_outputs(const Scene& scene, const RunFiles& files) {
   }
   for (const Target& target : targets) {
     const bool fields = target.what == "the fields" || target.what == "the checkpoint's fields";
-    if (target.what == "the results") refuse_other_hdf5(target.file, {"cbr-results"}, target.what, target.cure());
+    if (target.what == "the results") refuse_other_file(target.file, {"cbr-results"}, target.what, target.cure());
     if (fields && target.file.extension() == ".xdmf") refuse_other_text(target);
     if (fields && target.file.extension() != ".xdmf" && !holds_fields(target.file))
-      refuse_other_hdf5(target.file, {"cbr-fields"}, target.what, target.cure());
+      refuse_other_file(target.file, {"cbr-fields"}, target.what, target.cure());
     const TemporaryFile probe(target.file);
   }
 }

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <sstream>
 
+#include "common/format_text.hpp"
 #include "common/scene_words.hpp"
 #include "dynamics/output/basis_energy.hpp"
 #include "dynamics/output/results.hpp"
@@ -170,6 +171,20 @@ double round_off_energy(const BuiltScene& built) {
   return 0.5 * mass * speed * speed;
 }
 
+// Gaps and strains are differences of positions: far from the origin these keep too few digits of them.
+void distance_warning(const BuiltScene& built, Report& report) {
+  for (std::size_t i = 0; i < built.simulation.bodies.size(); ++i) {
+    const Points& x = built.simulation.bodies[i]->reference_positions();
+    const double size = (x.colwise().maxCoeff() - x.colwise().minCoeff()).maxCoeff(), reach = x.cwiseAbs().maxCoeff();
+    const double digit = std::numeric_limits<double>::epsilon() * reach;
+    if (!(size > 0) || digit < 1e-6 * size) continue;
+    report.warning(format_text("instance '%s' is %.2g across and lies %.2g from the origin, where positions are known to %.1g: ",
+                               built.instances[i].name.c_str(), size, reach, digit) +
+                   "contact and energy there are round-off: move the scene nearer to the origin");
+    return;
+  }
+}
+
 // What contact has given beyond what it had taken, where that is an error.
 void energy_warning(const BuiltScene& built, const RunResult& result, Report& report) {
   // Frictionless contact can take energy, and give back what it took, but bring none.
@@ -252,6 +267,7 @@ void summarise(const BuiltScene& built, const RunResult& result, Report& report)
     report.warning(built.simulation.plan.newmark_alpha
                        ? "the energy balance does not close"
                        : "the energy balance does not close: the step may be above the critical one");
+  distance_warning(built, report);
   energy_warning(built, result, report);
   const double degrees = result.largest_rotation * 180 / std::numbers::pi;
   if (degrees > 5) {

@@ -5,6 +5,7 @@
 
 #include "common/connected_parts.hpp"
 #include "common/error.hpp"
+#include "common/format_text.hpp"
 #include "common/superelement_check.hpp"
 #include "dynamics/bodies/characteristic_form.hpp"
 #include "dynamics/setup/half_modes.hpp"
@@ -177,7 +178,12 @@ bool moves_freely_in_diagonal_form(const SceneIndex& index, const Component& com
   });
 }
 
-// What the reduction knew of its conditioning holds for every run: as cbr-reduce told it.
+void tell_accuracy(const Superelement::Accuracy& a, Report& report) {
+  report.detail(format_text("rho_res x %.4f  y %.4f  z %.4f", a.rho_res(0), a.rho_res(1), a.rho_res(2)) +
+                (a.covered_hz > 0 ? format_text("; free modes up to %.6g Hz are right to 1 %% (estimated)", a.covered_hz) : ""));
+}
+
+// What the reduction knew of its conditioning and errors holds for every run: as cbr-reduce told it.
 void tell_conditioning(const Component& component, const ReducedComponent& reduced, Report& report) {
   const std::string before = report.about(), about = before + "component '" + component.name + "': ";
   const std::size_t n = reduced.parts.size();
@@ -187,9 +193,12 @@ void tell_conditioning(const Component& component, const ReducedComponent& reduc
     report_conditioning(*conditioning, report, is_domain);
     warn_of_conditioning(*conditioning, report);
   };
-  for (std::size_t d = 0; d < n; ++d)
-    tell(reduced.parts[d].superelement->conditioning,
-         n > 1 ? "domain " + std::to_string(d + 1) + " of " + std::to_string(n) + ": " : "", n > 1);
+  for (std::size_t d = 0; d < n; ++d) {
+    const Superelement& s = *reduced.parts[d].superelement;
+    tell(s.conditioning, n > 1 ? "domain " + std::to_string(d + 1) + " of " + std::to_string(n) + ": " : "", n > 1);
+    report.about(about);
+    if (n == 1 && s.accuracy) tell_accuracy(*s.accuracy, report);
+  }
   tell(reduced.conditioning, "the domains together: ", false);
   report.about(before);
 }

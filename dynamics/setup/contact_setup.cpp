@@ -12,6 +12,8 @@
 #include <utility>
 
 #include "common/error.hpp"
+#include "common/machine_memory.hpp"
+#include "common/report.hpp"
 #include "dynamics/setup/contact_faces.hpp"
 #include "dynamics/setup/friction_shapes.hpp"
 
@@ -81,6 +83,8 @@ void add_all(const Scene& scene, const BuiltScene& built, const ContactOptions& 
       report.line("note: contact: all leaves out instance '" + built.instances[i].name + "', which has no surfaces");
     }
   }
+  const auto n = static_cast<double>(sides.size());
+  require_memory_for_pairs(n * (n - 1) / 2, machine_memory_bytes(), options);
   bool any = false;
   for (std::size_t a = 0; a < sides.size(); ++a) {
     for (std::size_t b = a + 1; b < sides.size(); ++b) {
@@ -332,6 +336,16 @@ void warn_nodal(const ContactOptions& options, const BuiltScene& built, const Co
 }
 
 }  // namespace
+
+void require_memory_for_pairs(double n_pairs, double memory, const ContactOptions& all) {
+  constexpr double bytes_of_pair = 300;  // measured with 3000 instances that never meet: docs/stability.md, "Load"
+  if (n_pairs * bytes_of_pair <= memory) return;
+  std::ostringstream text;
+  text.precision(3);
+  text << all.source.text() << ": contact: all makes " << n_pairs << " pairs, which take " << human_bytes(n_pairs * bytes_of_pair)
+       << " or more, the machine has " << human_bytes(memory) << ": name the pairs that can meet";
+  throw InputError(text.str());
+}
 
 std::vector<ContactKind> add_contact(const SceneIndex& index, BuiltScene& built, Report& report) {
   Simulation& sim = built.simulation;

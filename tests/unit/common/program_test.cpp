@@ -57,6 +57,10 @@ TEST(ProgramDeathTest, usage) {
   EXPECT_EXIT(run({"--version"}, must_not_run), ExitedWithCode(0), "^$");
   EXPECT_EXIT(run({"--mode", "3"}, must_not_run), ExitedWithCode(2),
               "unknown option '--mode', did you mean '--modes'\\?; cbr-test --help");
+  EXPECT_EXIT(run({"--modes", ""}, must_not_run), ExitedWithCode(2),
+              "the argument after '--modes' is empty: is a variable of the shell not set\\? cbr-test --help");
+  EXPECT_EXIT(run({"--modes="}, must_not_run), ExitedWithCode(2), "what should follow '--modes=' is empty");
+  EXPECT_EXIT(run({""}, must_not_run), ExitedWithCode(2), "the first argument is empty");
   EXPECT_EXIT(run({"--dept=3"}, must_not_run), ExitedWithCode(2), "unknown option '--dept', did you mean '--depth'\\?");
   EXPECT_EXIT(run({"word"}, must_not_run), ExitedWithCode(2), "not expected: word");
   EXPECT_EXIT(run({"--modes", "many"}, must_not_run), ExitedWithCode(2), "--modes");

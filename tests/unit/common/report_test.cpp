@@ -2,6 +2,7 @@
 #include "common/report.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <filesystem>
 #include <fstream>
@@ -100,6 +101,13 @@ TEST(Report, timingsReplaceNothingButTimings) {
   test::write_bytes(folder / "results.h5", "results\n");  // of the run itself
   EXPECT_THROW(report.write_timings(), InputError);
   EXPECT_EQ(test::bytes_of(folder / "results.h5") + test::bytes_of(scene), "results\nmaterials: {}\n");
+}
+
+TEST(Report, timingsGoToNoPipeAndToNoDevice) {
+  const test::TemporaryFolder folder;
+  ASSERT_EQ(::mkfifo((folder / "pipe").c_str(), 0600), 0);
+  for (const std::filesystem::path& file : {folder / "pipe", std::filesystem::path("/dev/zero")})
+    EXPECT_THROW(Report("cbr-test", Verbosity::quiet, file), InputError) << file;
 }
 
 TEST(Report, memoryIsThatOfThisProcess) {

@@ -78,6 +78,14 @@ TEST_F(ProgramFiles, OutputsOfOneNameAreRefused) {
   run(", checkpoint: {every_steps: 5, file: r.xdmf}");  // no fields, no collision
 }
 
+TEST_F(ProgramFiles, ResultsReplaceNoOtherFile) {
+  std::ofstream(in("r.h5")) << "my notes\n";
+  expect_in(refused(""), {"r.h5", "is there and is no HDF5 file", "--output"});
+  std::ofstream(in("r.h5"), std::ios::trunc).flush();
+  run("");  // over an empty one, as mktemp makes it
+  run("");  // its own, again
+}
+
 TEST_F(ProgramFiles, FieldsReplaceFieldsAlone) {
   const std::string fields = ", fields: [displacement]", both = fields + ", checkpoint: {every_steps: 5, file: c.h5}";
   for (const std::string name : {"r.fields.h5", "c.fields.h5"}) {

@@ -13,6 +13,7 @@
 #include "common/hdf5_file.hpp"
 #include "common/superelement_group.hpp"
 #include "reducer/command.hpp"
+#include "reducer/panel_memory.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 
 namespace cbr::test {
@@ -245,6 +246,23 @@ TEST_F(Program, OverwritesNoHdf5FileOfAnotherKind) {
   const std::string before = bytes(path("box.cbr.h5"));
   EXPECT_NE(message_of(mesh_arguments()).find("cbr-results"), std::string::npos) << message_of(mesh_arguments());
   EXPECT_EQ(bytes(path("box.cbr.h5")), before);
+  std::ofstream(path("box.cbr.h5")) << "my notes\n";
+  EXPECT_NE(message_of(mesh_arguments()).find("box.cbr.h5: is there and is no HDF5 file"), std::string::npos);
+  EXPECT_EQ(bytes(path("box.cbr.h5")), "my notes\n");
+  std::ofstream(path("box.cbr.h5"), std::ios::trunc).flush();
+  EXPECT_EQ(run(mesh_arguments()), "");  // over an empty one, as mktemp makes it
+}
+
+TEST(PanelMemory, AnInterfaceThatMemoryCannotHoldIsRefused) {
+  EXPECT_NO_THROW(require_memory_for_interface(1000, 16e6));
+  try {
+    require_memory_for_interface(1000, 15e6);
+    FAIL() << "no error";
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("1000 dofs, whose dense mass and stiffness take 16.0 MB, the machine has 15.0 MB"),
+              std::string::npos)
+        << error.what();
+  }
 }
 
 TEST_F(Program, AMeshWithoutEndIsRefused) {
