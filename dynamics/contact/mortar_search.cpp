@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ranges>
 
 #include "dynamics/contact/surface_geometry.hpp"
 
@@ -117,8 +116,12 @@ bool share_a_node(const IndexTable& faces, Index f, Index g) {
 // over a node's faces closes; left out until then, it would be pushed out in one step.
 bool were_near(const MortarStep& step, const PairMemory& memory, Index slave_face, Index master_face, const Vector3& master_normal) {
   const auto n = static_cast<Index>(memory.near.size() / 2);
-  const auto before = [&](Index i) { return memory.near[2 * i] < slave_face; };
-  for (Index i = *std::ranges::partition_point(std::views::iota(Index{0}, n), before); i < n && memory.near[2 * i] == slave_face; ++i) {
+  Index first = 0, last = n;
+  while (first < last) {
+    const Index middle = (first + last) / 2;
+    (memory.near[2 * middle] < slave_face ? first : last) = memory.near[2 * middle] < slave_face ? middle + 1 : middle;
+  }
+  for (Index i = first; i < n && memory.near[2 * i] == slave_face; ++i) {
     const Index other = memory.near[2 * i + 1];
     if (other == master_face) return true;
     if (share_a_node(step.master.faces, master_face, other) &&
