@@ -19,7 +19,7 @@ help:
 	@echo "make stress    the stress table into docs/stability.md (a minute), then load, seeds, fuzz"
 	@echo "make stress-table  the table alone"
 	@echo "make load      1000 instances, 200 000 contact nodes, 10 million outputs, scenes of 100 MB: how time and memory grow, into docs/stability.md (six minutes, 8 GB)"
-	@echo "make seeds     random scenes against what must not change them and dense arithmetic: SEEDS=FIRST:COUNT (1000:1000; 10 minutes)"
+	@echo "make seeds     random scenes against what must not change them and dense arithmetic: SEEDS=FIRST:COUNT (1000:1000; half an hour)"
 	@echo "make fuzz      fuzzers of all readers, each for MINUTES=1; TARGETS=\"scene gmsh exodus superelement edits program checkpoint\"; needs clang"
 	@echo "make sanitize  all tests under the address and undefined-behaviour sanitizers, in build-debug (an hour)"
 	@echo "make bench     run time against error, reduction, skipping, small features: CSV and plots in $(BUILD)/bench (an hour, with r = 4 half an hour more; SMOKE=1: seconds)"
