@@ -90,7 +90,7 @@ class Impact(Scene):
         return (f"materials:\n  {STEEL}\ncomponents:\n" + self.component("block", "steel", "contact", reduction) +
                 f"instances:\n  left:  {{component: block, position: [-0.0279, 0, 0], velocity: [{t1.SPEED}, 0, 0]}}\n"
                 "  right: {component: block, position: [0.0381, 0, 0], mirror: x}\ncontact:\n  - {between: [left.contact, right.contact]}\n"
-                f"time: {{{entries(f'end: {t1.END}', time)}}}\noutput: {{every: {t1.END / 24}, history: [left.contact, right.contact]}}\n")
+                f"time: {{{entries(f'end: {t1.END}', time)}}}\noutput: {{every: {t1.END / 120}, history: [left.contact, right.contact]}}\n")
 
     def judge(self, stem):
         rms, energy = t1.errors(self.folder / f"{stem}.h5")

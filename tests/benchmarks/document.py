@@ -66,7 +66,7 @@ def reduction_table(out):
 
 def bases_table(out):
     rows = read_csv(out / "bases.csv")
-    cells = [[row["scene"], row["basis"], row["dofs"], row["steps"], row["step_s"], row["error_percent"], row["error_all_percent"], row["energy"], row["reduction_s"] or "", row["stepping_s"]]
+    cells = [[row["scene"], row["basis"], row["dofs"], row["steps"], row["step_s"], number(row["error_percent"], 2), number(row["error_all_percent"], 2), row["energy"], row["reduction_s"] or "", row["stepping_s"]]
              for row in rows if not row["note"]]
     text = table(["scene", "basis", "dofs", "steps", "step s", "error %", "to the end %", "energy", "reduction s", "stepping s"], cells)
     left_out = [f"- {row['row']}: {row['note']}" for row in rows if row["note"]]

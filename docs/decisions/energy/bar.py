@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What happens to the energy of impacts, in one dimension: a bar's end meets a wall, or another bar's. Figures of ../energy.md, 1.
 
-    /usr/bin/python3 bar.py          needs numpy, scipy; a minute
+    /usr/bin/python3 bar.py          needs numpy, scipy; four minutes
 
 Every model is a list of modes: frequencies w, values V at the end that touches, its static compliance F beside the modes (0: the end has mass),
 and b, how a rigid motion is made of the modes (all mass: b . b). n is the number of moving coordinates. References are exact: waves run through a bar unchanged.
