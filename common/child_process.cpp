@@ -15,9 +15,10 @@ extern "C" __attribute__((weak)) void __sanitizer_set_death_callback(void (*call
 namespace cbr {
 namespace {
 
-[[noreturn]] void act_and_end(const std::function<void()>& action) {
+[[noreturn]] void act_and_end(const std::function<void()>& action, const sigset_t& signals) {
   constexpr unsigned most_seconds = 60;
   for (const int number : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGALRM, SIGTERM, SIGINT, SIGHUP}) signal(number, SIG_DFL);
+  sigprocmask(SIG_SETMASK, &signals, nullptr);
   if (__sanitizer_set_death_callback != nullptr) __sanitizer_set_death_callback(nullptr);
   const rlimit none{0, 0};
   setrlimit(RLIMIT_CORE, &none);
@@ -33,8 +34,12 @@ namespace {
 }  // namespace
 
 bool survives_in_child(const std::function<void()>& action) {
+  sigset_t all, before;  // until the child has left the parent's handlers, which would speak twice
+  sigfillset(&all);
+  pthread_sigmask(SIG_SETMASK, &all, &before);
   const pid_t child = fork();
-  if (child == 0) act_and_end(action);
+  if (child == 0) act_and_end(action, before);
+  pthread_sigmask(SIG_SETMASK, &before, nullptr);
   if (child < 0) return true;
   int status = 0;
   while (waitpid(child, &status, 0) < 0)

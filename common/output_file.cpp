@@ -85,6 +85,7 @@ fs::path resolved_target(const fs::path& target) {
     throw InputError(target.string() + ": is not a regular file, give the name of a file to write");
   }
   refuse_protected(target, resolved);
+  if (target == "-") throw InputError("-: what is written here is a file: give it a name (./- for a file of that name)");
   if (resolved.filename().empty()) throw InputError("'" + target.string() + "': no file name to write to");
   const fs::path folder = resolved.has_parent_path() ? resolved.parent_path() : fs::path(".");
   if (!fs::is_directory(folder, error)) {
