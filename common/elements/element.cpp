@@ -116,7 +116,8 @@ Vector element_lumped_mass(ElementType type, const Points& X, double density) {
 }
 
 double element_quality(ElementType type, const Points& X) {
-  // Below this share of the product of the three edge vectors' lengths a determinant is rounding error.
+  // Below this share of the product of the three edge vectors' lengths a determinant is rounding error, and below this share of the
+  // element's size an edge vector is.
   constexpr double degenerate = 1e-12;
   const ReferenceElement& reference = reference_element(type);
   return with_node_count(type, [&](auto n) -> double {
@@ -130,7 +131,8 @@ double element_quality(ElementType type, const Points& X) {
       for (std::size_t q = 0; q < table->dN.size(); ++q) {
         const Matrix3 J = isoparametric::jacobian<n()>(scaled, table->dN[q]);
         const double det = J.determinant();
-        if (det >= 0 && det <= degenerate * J.rowwise().norm().prod()) return 0;
+        const Vector3 edge = J.rowwise().norm();
+        if (det >= 0 && (det <= degenerate * edge.prod() || edge.minCoeff() <= degenerate)) return 0;
         smallest = std::min(smallest, det);
         volume += table->weight[q] * det;
       }

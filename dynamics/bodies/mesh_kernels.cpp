@@ -9,7 +9,7 @@ namespace {
 
 // GCC's and Clang's vectors: wide enough for the widest set, split by the compiler where registers are narrower.
 using Lanes = double __attribute__((vector_size(64)));
-using StoredLanes = double __attribute__((vector_size(64), aligned(8), may_alias));
+typedef double StoredLanes __attribute__((vector_size(64), aligned(8), may_alias));  // clang drops the alignment of a using
 static_assert(sizeof(Lanes) == SharedElements::lanes * sizeof(double));
 
 #define CBR_INLINE __attribute__((always_inline)) inline
@@ -87,7 +87,7 @@ CBR_INLINE void leap(const LeapfrogSpan& span, Index n, double s, double h) {
 }
 
 using Four = double __attribute__((vector_size(32)));
-using StoredFour = double __attribute__((vector_size(32), aligned(8), may_alias));
+typedef double StoredFour __attribute__((vector_size(32), aligned(8), may_alias));
 
 CBR_INLINE void block_rows(const BlockMatrix& A, const double* x, Index begin, Index end, double* y) {
   const double* values = A.values.data();
