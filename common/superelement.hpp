@@ -31,6 +31,11 @@ struct Superelement {
     Matrix V;                 // c x k, interface rows of the modes; rigid ones first, eigenvalue 0
     Matrix F;                 // c x c, positive definite: compliance of the interface that is not in the modes
     double omega_closed = 0;  // rad/s, highest frequency with the interface held: limits a step
+    // What half of the modes would be can be told with the following; files before 1.5 do not have them.
+    std::string modes;      // free, tapered or fixed; empty: not known
+    double omega_fall = 0;  // rad/s, of tapered: where V falls to 0
+    Matrix rigid_momentum;  // c x r, of fixed: M_cc R of the rigid motions R = V_r, R^T M_cc R = I
+    Matrix rigid_share;     // r x r, of fixed: A^1/2, A the rigid motions' mass in the modes before they were given the rest
   } massless;
 
   // Basis "characteristic" (docs/theory.md, 2): q_k are all coordinates there are, and K_cc, M_cc, M_kc are empty.

@@ -162,6 +162,14 @@ class Checker {
     if (!std::isfinite(m.omega_closed) || m.omega_closed < highest * (1 - 1e-9) || !(m.omega_closed > 0))
       fail("/massless/omega_closed",
            number_text(m.omega_closed) + " is below the highest frequency of the modes, " + number_text(highest));
+    if (m.omega_fall != 0 && !(std::isfinite(m.omega_fall) && m.omega_fall > highest))
+      fail("/massless/omega_fall",
+           number_text(m.omega_fall) + " is not above the highest frequency of the modes, " + number_text(highest));
+    if (m.rigid_momentum.size() == 0 && m.rigid_share.size() == 0) return;
+    const Index r = (s_.eigenvalues.array() == 0).count();
+    require_shape("/massless/rigid_momentum", m.rigid_momentum, s_.c(), r);
+    require_finite("/massless/rigid_momentum", m.rigid_momentum);
+    require_square("/massless/rigid_share", m.rigid_share, r);
   }
 
   void check_characteristic() const {

@@ -51,6 +51,15 @@ void write_recovery(Hdf5Writer& file, const std::string& prefix, const Superelem
   }
 }
 
+// What half of the modes takes.
+void write_half_of_massless(Hdf5Writer& file, const std::string& group, const Superelement::Massless& massless) {
+  if (!massless.modes.empty()) file.attribute(group + "/V", "modes", massless.modes);
+  if (massless.omega_fall > 0) file.write(group + "/omega_fall", massless.omega_fall);
+  if (massless.rigid_share.size() == 0) return;
+  file.write(group + "/rigid_momentum", massless.rigid_momentum);
+  file.write(group + "/rigid_share", massless.rigid_share);
+}
+
 // --- reading ---
 
 [[noreturn]] void fail(const Hdf5Reader& file, const std::string& what) { throw InputError(file.file().string() + ": " + what); }
@@ -113,6 +122,13 @@ Superelement::Recovery read_recovery(const Hdf5Reader& file, const std::string& 
     recovery.blocks.push_back(std::move(block));
   }
   return recovery;
+}
+
+void read_half_of_massless(const Hdf5Reader& file, const std::string& group, Superelement::Massless& massless) {
+  if (file.has_attribute(group + "/V", "modes")) massless.modes = file.read_string(group + "/V", "modes");
+  if (file.has(group + "/omega_fall")) massless.omega_fall = file.read_scalar(group + "/omega_fall");
+  if (file.has(group + "/rigid_momentum")) massless.rigid_momentum = file.read_matrix(group + "/rigid_momentum");
+  if (file.has(group + "/rigid_share")) massless.rigid_share = file.read_matrix(group + "/rigid_share");
 }
 
 void read_interface(const Hdf5Reader& file, const std::string& prefix, Superelement& s) {
@@ -213,6 +229,7 @@ Superelement read_superelement_at(const Hdf5Reader& file, const std::string& pre
     s.massless.V = file.read_matrix(prefix + "/massless/V");
     s.massless.F = file.read_matrix(prefix + "/massless/F");
     s.massless.omega_closed = file.read_scalar(prefix + "/massless/omega_closed");
+    read_half_of_massless(file, prefix + "/massless", s.massless);
   } else if (parts.matrices && s.is_characteristic()) {
     s.characteristic.V = file.read_matrix(prefix + "/characteristic/V");
   } else if (parts.matrices) {
@@ -228,6 +245,8 @@ Superelement read_superelement_at(const Hdf5Reader& file, const std::string& pre
   if (parts.recovery && file.has(prefix + "/recovery")) s.recovery.push_back(read_recovery(file, prefix));
   read_extras(file, prefix, s);
   s.provenance = read_provenance(file, prefix);
+  const auto modes = s.provenance.find("massless_modes");  // where files before 1.5 say it
+  if (s.is_massless() && s.massless.modes.empty() && modes != s.provenance.end()) s.massless.modes = modes->second;
   check_parts(s, parts, file.file().string() + (prefix.empty() ? "" : ": " + prefix));
   return s;
 }
@@ -243,6 +262,7 @@ void write_superelement_at(Hdf5Writer& file, const std::string& prefix, const Su
     file.write(prefix + "/massless/V", s.massless.V);
     file.write(prefix + "/massless/F", s.massless.F);
     file.write(prefix + "/massless/omega_closed", s.massless.omega_closed);
+    write_half_of_massless(file, prefix + "/massless", s.massless);
   } else if (s.is_characteristic()) {
     file.write(prefix + "/characteristic/V", s.characteristic.V);
   } else {

@@ -11,6 +11,7 @@
 #include "common/error.hpp"
 #include "common/linalg/dense_factor.hpp"
 #include "common/linalg/eigenpairs.hpp"
+#include "common/massless_modes.hpp"
 #include "reducer/component_parts.hpp"
 #include "reducer/diagonal_form.hpp"
 #include "reducer/fixed_interface_modes.hpp"
@@ -21,7 +22,6 @@ namespace {
 constexpr double least_pivot = 1e-10;       // of F, as a share of the elastic compliance: below, it is round-off
 constexpr double no_strain = 1e-6;          // of the lowest elastic eigenvalue: a mechanism
 constexpr double rigid_tolerance = 1e-2;    // of it: rigid motions that cannot be told from the others
-constexpr double least_driven_mass = 1e-6;  // of a rigid motion's, in the modes
 
 // Six of each part, about its middle and of its size, N^T M N = I   (N x 6 parts)
 Matrix rigid_motions(const FreeModel& model) {
@@ -125,9 +125,10 @@ class FreeSolver {
   Matrix N_, P_, N_c_, K_;
 };
 
-// Modes of K - sigma M, sigma < 0, as if all dofs were interior: what finds, counts and proves them is there.
+// Modes of K - sigma M, sigma < 0, as if all dofs were interior: what finds, counts and proves them is there. Of tapered ones those
+// ahead, too; n_kept: without them.
 FixedInterfaceModes free_modes(const FreeModel& model, const Partition& p, double sigma, Index n_rigid,
-                               const FreeModesWanted& wanted, MasslessFigures& figures, Report& report) {
+                               const FreeModesWanted& wanted, Index& n_kept, MasslessFigures& figures, Report& report) {
   Partition all;
   all.K_II = model.K - SparseMatrix(sigma * model.M);
   all.M_II = model.M;
@@ -143,6 +144,8 @@ FixedInterfaceModes free_modes(const FreeModel& model, const Partition& p, doubl
     throw InputError("modes: " + std::to_string(wanted.modes) + " asked for, but the component has only " +
                      std::to_string(model.K.rows() - n_rigid) + " elastic modes");
   }
+  n_kept = k;
+  if (wanted.tapered && k > n_rigid) k = std::min(k + modes_ahead(k - n_rigid) - 1, model.K.rows());  // and the next one's frequency
   const bool one_part = *std::max_element(model.part.begin(), model.part.end()) == 0;
   FixedInterfaceModes modes = one_part ? fixed_interface_modes(all, factor, k, report)
                                        : fixed_interface_modes_by_part(split(all, model.part, {}), model.K.rows(), k, report);
@@ -166,14 +169,16 @@ void require_only_rigid(const Vector& lambda, Index n_rigid, double low) {
         "basis: craig-bampton");
 }
 
-// Columns of V, rigid ones apart, times sqrt(1 - (omega_j / omega)^3); omega^2 = next, the first that is left out. Where that is
-// not known, as much above the last as evenly spaced frequencies would have it.
-void taper(const Vector& lambda, Index n_rigid, double next, Matrix& V) {
-  const Index e = lambda.size() - n_rigid;
-  if (e == 0) return;
-  const double last = lambda.maxCoeff(), above = 1 + 1 / static_cast<double>(e);
-  const double end = next > last ? next : above * above * last;
-  for (Index j = n_rigid; j < lambda.size(); ++j) V.col(j) *= std::sqrt(1 - std::pow(lambda(j) / end, 1.5));
+// V of the first k modes, whose rows on the interface fall off towards the end that those beyond tell.
+void taper(const FixedInterfaceModes& modes, Index k, Index n_rigid, Superelement& s) {
+  auto& m = s.massless;
+  Vector lambda = modes.lambda;
+  if (modes.next > 0) {
+    lambda.conservativeResize(lambda.size() + 1);
+    lambda(lambda.size() - 1) = modes.next;
+  }
+  m.omega_fall = end_of_fall(s, m.V, lambda, k, n_rigid);
+  m.V = Matrix(m.V.leftCols(k)) * falling_weights(lambda.head(k), m.omega_fall).asDiagonal();
 }
 
 // F's definiteness, and what is left of `elastic` in it; omega_closed.
@@ -217,7 +222,8 @@ MasslessFigures make_massless_free(const FreeModel& model, const Partition& p, c
     const Index r = figures.n_rigid = N.cols();
     const double low = solver.low_eigenvalue();
     if (!(low > 0)) throw RunError("free modes: no elastic motion found");
-    modes = free_modes(model, p, -low, r, wanted, figures, report);
+    Index k = 0;
+    modes = free_modes(model, p, -low, r, wanted, k, figures, report);
     require_only_rigid(modes.lambda, r, low);
     // The rigid ones exactly, and nothing of them in the others
     modes.lambda.head(r).setZero();
@@ -226,9 +232,11 @@ MasslessFigures make_massless_free(const FreeModel& model, const Partition& p, c
     Phi_e.noalias() -= N * overlap;
     modes.Phi.leftCols(r) = N;
     s.massless.V = modes.Phi(solver.interface_dofs(), Eigen::all);
-    if (wanted.tapered) taper(modes.lambda, r, modes.next, s.massless.V);
+    s.massless.modes = wanted.tapered ? "tapered" : "free";
+    if (wanted.tapered && k > r) taper(modes, k, r, s);
+    if (modes.lambda.size() > k) modes.next = modes.lambda(k);
+    s.eigenvalues = modes.lambda.head(k);
   }
-  s.eigenvalues = modes.lambda;
   figures.method = modes.method, figures.proven = modes.proven, figures.counts = modes.counts, figures.next = modes.next;
   // F = F_elastic - V_e diag(1 / lambda) V_e^T   (c x c)
   const Index e = s.k() - figures.n_rigid;
@@ -248,46 +256,10 @@ MasslessFigures make_massless_fixed(const std::vector<Index>& part, Superelement
   Matrix R = rigid_motions_of_parts(s, part).bottomRows(s.c());  // c x r
   orthonormalise(s.M_cc, R, "the rigid motions");
   const Index r = figures.n_rigid = R.cols();
-  if (k < r) {
-    throw InputError("modes: " + std::to_string(k) + " fixed modes cannot carry the " + std::to_string(r) +
-                     " rigid motions: keep at least that many, and rather ten times as many");
-  }
-  // alpha <- alpha + alpha R (A^-1/2 - I) R^T M_cc, A = R^T alpha^T alpha R: the modes then have all of the rigid mass,
-  // R^T alpha^T alpha R = I   (k x c). The symmetric root depends on no choice of axes, as a Cholesky factor would.
-  Matrix alpha = std::move(s.M_kc), alpha_R = alpha * R;
-  const Matrix A = alpha_R.transpose() * alpha_R;
-  const Eigen::SelfAdjointEigenSolver<Matrix> roots(A);
-  const double least = roots.eigenvalues()(0);
-  if (!(least > least_driven_mass)) {
-    throw InputError(
-        "modes: the " + std::to_string(k) +
-        " fixed modes do not take part in every rigid motion of the interface, so that nothing would carry its mass: keep "
-        "more, or pick: participation");
-  }
-  figures.lost_mass = 1 - least;
-  const Matrix corrected = alpha_R * roots.operatorInverseSqrt();
-  alpha.noalias() += (corrected - alpha_R) * (s.M_cc * R).transpose();
-  // F = (K_cc + alpha^T Lambda alpha)^-1   (c x c); U = F alpha^T Lambda   (c x k)
-  const Vector lambda = s.eigenvalues;
-  Matrix F = s.K_cc;
-  const Matrix B = alpha.transpose() * lambda.asDiagonal();
-  F.noalias() += B * alpha;
-  const Matrix stiffness = F;
-  if (!dense_cholesky(F)) throw InputError("modes: the fixed modes do not hold the interface: keep more");
-  dense_inverse_of_cholesky(F);
+  const Matrix momentum = s.M_cc * R;
+  FixedModes modes{s.eigenvalues, std::move(s.M_kc), std::move(s.K_cc)};
   forget_matrices(s);
-  const Matrix U = F * B;
-  // With the interface free of force: Lambda - Lambda alpha U, 0 for q = alpha R   (k x k)
-  Matrix K = -B.transpose() * U;
-  K.diagonal() += lambda;
-  K = 0.5 * (K + K.transpose()).eval();
-  const Eigenpairs pairs = dense_eigenpairs_beside(std::move(K), corrected);
-  if (!pairs.converged) throw RunError("the modes of the massless superelement could not be found");
-  s.eigenvalues = pairs.lambda.cwiseMax(0);
-  s.eigenvalues.head(r).setZero();
-  s.massless.F = std::move(F);
-  s.massless.V.noalias() = U * pairs.Phi;
-  s.massless.V.leftCols(r) = R;
+  figures.lost_mass = 1 - take_fixed_modes(std::move(modes), R, momentum, s);
   figures.method = "of the fixed ones", figures.proven = true;
   Matrix elastic = s.massless.F;
   const Index e = k - r;

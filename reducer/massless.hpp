@@ -40,8 +40,8 @@ struct FreeModel {
 struct FreeModesWanted {
   Index modes = 0;
   double cutoff_hz = 0;  // 0: `modes` counts
-  // Interface rows that fall off towards the last mode, V_j <- V_j sqrt(1 - (omega_j / omega)^3) with omega the first frequency
-  // left out, and F takes what that leaves of the compliance: docs/theory.md 2, figures in docs/decisions/energy.md.
+  // Interface rows that fall off towards the last mode, V_j <- V_j sqrt(1 - (omega_j / omega)^3) with omega of end_of_fall(), and
+  // F takes what that leaves of the compliance: docs/theory.md 2, figures in docs/decisions/energy.md.
   bool tapered = false;
 };
 

@@ -8,12 +8,14 @@ namespace cbr {
 
 enum class HalfBy { frequency, participation };
 
-// InputError for one that has no half to keep: basis characteristic. What keep_half() throws, for before a run.
+// InputError for one that has no half to keep: basis characteristic, massless ones of older files whose half is not known, fixed
+// modes too few to be halved. For before a run.
 void require_half(const Superelement& superelement);
 
-// Keeps half (rounded down) of the modes: the lowest, or those with the largest |alpha_j|^2; residual vectors and, with basis
-// massless, rigid motions stay all, and F takes up what the dropped modes had of the compliance. Its diagonal form is dropped, its
-// matrices must be there. Returns how many modes went.
+// Keeps half (rounded down) of the modes: the lowest, or those with the largest |alpha_j|^2; residual vectors stay all. With basis
+// massless it is what a reduction with half of the modes would be, whichever massless_modes: rigid motions stay all, and statics
+// as they are. Its diagonal form is dropped, its matrices must be there. Returns how many modes went. InputError: require_half(), or
+// half of the fixed modes leave a rigid motion without mass.
 Index keep_half(Superelement& superelement, HalfBy by);
 
 }  // namespace cbr

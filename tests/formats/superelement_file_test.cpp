@@ -55,7 +55,7 @@ TEST(SuperelementFile, basisMasslessHasMatricesOfItsOwn) {
   const TemporaryFolder folder;
   const Superelement written = massless_sample();
   write_superelement(written, folder / "s.h5");
-  EXPECT_EQ(Hdf5Reader(folder / "s.h5").read_string("/", "format_version"), "1.4");
+  EXPECT_EQ(Hdf5Reader(folder / "s.h5").read_string("/", "format_version"), "1.5");
   EXPECT_FALSE(Hdf5Reader(folder / "s.h5").has("/matrices/K_cc"));
   const Superelement read = read_superelement(folder / "s.h5");
   EXPECT_TRUE(test::identical(read, written));
@@ -63,6 +63,31 @@ TEST(SuperelementFile, basisMasslessHasMatricesOfItsOwn) {
   EXPECT_EQ(read.massless.V, written.massless.V);
   EXPECT_EQ(read.massless.omega_closed, written.massless.omega_closed);
   EXPECT_EQ(read_superelement(folder / "s.h5", {false, false, false}).massless.F.size(), 0);
+}
+
+// What half of its modes would be; files before 1.5 say which modes they are in /provenance, or not at all.
+TEST(SuperelementFile, basisMasslessTellsWhatItsHalfIsMadeOf) {
+  const TemporaryFolder folder;
+  const auto again = [&](const Superelement& s) {
+    write_superelement(s, folder / "s.h5");
+    return read_superelement(folder / "s.h5").massless;
+  };
+  Superelement s = massless_sample();
+  EXPECT_EQ(again(s).modes, "");
+  EXPECT_FALSE(Hdf5Reader(folder / "s.h5").has("/massless/omega_fall"));
+  s.provenance["massless_modes"] = "tapered";
+  EXPECT_EQ(again(s).modes, "tapered");
+  s.massless.modes = "free";
+  EXPECT_EQ(again(s).modes, "free");
+  s.massless.modes = "tapered", s.massless.omega_fall = 40.5;
+  EXPECT_EQ(again(s).omega_fall, 40.5);
+  EXPECT_EQ(again(s).rigid_share.size(), 0);
+  s.eigenvalues(0) = 0;
+  s.massless.modes = "fixed", s.massless.omega_fall = 0;
+  s.massless.rigid_momentum = s.massless.V.col(1), s.massless.rigid_share = Matrix::Constant(1, 1, 0.75);
+  EXPECT_EQ(again(s).modes, "fixed");
+  EXPECT_EQ(again(s).rigid_momentum, s.massless.rigid_momentum);
+  EXPECT_EQ(again(s).rigid_share, s.massless.rigid_share);
 }
 
 Superelement sample_with_extras() {
@@ -148,6 +173,10 @@ TEST(SuperelementFile, basisMasslessIsChecked) {
   expect("/massless/F", [](Superelement& s) { s.massless.F.row(5).setZero(), s.massless.F.col(5).setZero(); });
   expect("/massless/omega_closed", [](Superelement& s) { s.massless.omega_closed = 31; });
   expect("/massless/omega_closed", [](Superelement& s) { s.massless.omega_closed = INFINITY; });
+  expect("/massless/omega_fall", [](Superelement& s) { s.massless.omega_fall = 31; });
+  expect("/massless/omega_fall", [](Superelement& s) { s.massless.omega_fall = INFINITY; });
+  expect("/massless/rigid_momentum", [](Superelement& s) { s.massless.rigid_share = Matrix::Ones(1, 1); });
+  expect("/massless/rigid_share", [](Superelement& s) { s.eigenvalues(0) = 0, s.massless.rigid_momentum = s.massless.V.col(0); });
   expect("/matrices/eigenvalues", [](Superelement& s) { std::swap(s.eigenvalues(0), s.eigenvalues(3)); });
   expect("/diagonal", [](Superelement& s) { s.omega = Vector::Ones(16), s.V = RowMatrix::Identity(16, 16); });
   expect("attribute 'n_modes'", [](Superelement& s) { s.eigenvalues.resize(0), s.massless.V.resize(12, 0); });

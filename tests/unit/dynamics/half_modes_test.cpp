@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <cmath>
 
 #include "common/error.hpp"
@@ -13,11 +15,11 @@
 namespace cbr {
 namespace {
 
-Superelement reduced(Index modes, const std::string& basis, const std::string& pick = "frequency") {
+Superelement reduced(Index modes, const std::string& basis, const std::string& pick = "frequency", const std::string& massless = "free") {
   const Mesh mesh = test::block_mesh({{4, 3, 2}, Vector3(1, 0.8, 0.7)});
   ReductionOptions options;
   options.interface_sets = {"x_max"};
-  options.modes = modes, options.basis = basis, options.pick = pick;
+  options.modes = modes, options.basis = basis, options.pick = pick, options.massless_modes = massless;
   Report report("test", Verbosity::quiet);
   return reduce(mesh, {BlockProperties{{100, 0.3, 1}, Hex8Formulation::incompatible}}, MassKind::lumped, options, {}, report);
 }
@@ -72,14 +74,62 @@ TEST(HalfDifference, OfABodyThatOnlyTheSecondRunMoves) {
   EXPECT_TRUE(std::isinf(half_difference(whole, half).largest()));
 }
 
-TEST(KeepHalf, OfBasisMasslessLeavesStaticsAsTheyAre) {
-  Superelement s = reduced(10, "massless");
-  const Superelement half = reduced(5, "massless");
-  EXPECT_EQ(keep_half(s, HalfBy::frequency), 5);
-  EXPECT_EQ(s.k(), 11);
-  EXPECT_LT(relative(s.massless.F, half.massless.F), 1e-8);
-  EXPECT_LT(relative(s.massless.V.cwiseAbs(), half.massless.V.cwiseAbs()), 1e-7);
-  EXPECT_NEAR(s.massless.omega_closed, half.massless.omega_closed, 1e-8 * half.massless.omega_closed);
+// As a run sees it: the answer of the interface to a load that swings, whatever the signs of the modes.
+Matrix compliance(const Superelement& s, double omega2) {
+  const Matrix& V = s.massless.V;
+  return s.massless.F + V * (s.eigenvalues.array() - omega2).inverse().matrix().asDiagonal() * V.transpose();
+}
+
+void expect_same(const Superelement& s, const Superelement& half, double tolerance) {
+  ASSERT_EQ(s.k(), half.k());
+  const double highest = half.massless.omega_closed * half.massless.omega_closed;
+  EXPECT_LT((s.eigenvalues - half.eigenvalues).norm(), tolerance * highest);
+  EXPECT_LT(relative(s.massless.F, half.massless.F), tolerance);
+  EXPECT_LT(relative(s.massless.V.cwiseAbs(), half.massless.V.cwiseAbs()), 10 * tolerance);
+  EXPECT_NEAR(s.massless.omega_closed, half.massless.omega_closed, tolerance * half.massless.omega_closed);
+  const double omega2 = -0.1 * highest;
+  EXPECT_LT(relative(compliance(s, omega2), compliance(half, omega2)), tolerance);
+}
+
+// Halved more than once, from a file and back.
+TEST(KeepHalf, OfBasisMasslessIsTheReductionWithHalfOfTheModes) {
+  for (const std::string kind : {"free", "tapered", "fixed"}) {
+    SCOPED_TRACE(kind);
+    for (const Index modes : {Index{13}, Index{24}, Index{40}}) {
+      Superelement s = reduced(modes, "massless", "frequency", kind);
+      const Index half = modes / 2, k = s.k();
+      EXPECT_EQ(keep_half(s, HalfBy::frequency), modes - half);
+      EXPECT_EQ(s.k(), k - modes + half);
+      expect_same(s, reduced(half, "massless", "frequency", kind), 1e-8);
+      if (modes < 40) continue;
+      check(s, "half");
+      keep_half(s, HalfBy::frequency);
+      expect_same(s, reduced(10, "massless", "frequency", kind), 1e-8);
+    }
+  }
+}
+
+TEST(KeepHalf, OfFixedModesPickedByParticipationTakesTheBestOfThem) {
+  Superelement s = reduced(30, "massless", "participation", "fixed");
+  const Superelement craig_bampton = reduced(30, "craig-bampton", "participation");
+  const std::vector<Index> best = modes_by_participation(craig_bampton.M_kc, 15);
+  keep_half(s, HalfBy::participation);
+  // With the interface held its squared frequencies are those of the modes that stay
+  const Matrix held = s.massless.V.transpose() * s.massless.F.llt().solve(s.massless.V) + Matrix(s.eigenvalues.asDiagonal());
+  const Vector found = Eigen::SelfAdjointEigenSolver<Matrix>(held).eigenvalues(), expected = craig_bampton.eigenvalues(best);
+  EXPECT_LT(relative(found, expected), 1e-8);
+}
+
+TEST(KeepHalf, OfBasisMasslessIsRefusedWhereItIsNotKnownOrNone) {
+  for (const std::string kind : {"tapered", "fixed"}) {
+    Superelement s = reduced(20, "massless", "frequency", kind);
+    EXPECT_NO_THROW(require_half(s));
+    s.massless.omega_fall = 0, s.massless.rigid_share.resize(0, 0);  // as in a file before 1.5
+    EXPECT_THROW(require_half(s), InputError) << kind;
+    EXPECT_THROW(keep_half(s, HalfBy::frequency), InputError) << kind;
+  }
+  EXPECT_THROW(require_half(reduced(11, "massless", "frequency", "fixed")), InputError);
+  EXPECT_NO_THROW(require_half(reduced(0, "massless", "frequency", "tapered")));
 }
 
 TEST(KeepHalf, TakesWhatWasPickedByParticipation) {
