@@ -226,7 +226,12 @@ MasslessFigures make_massless_free(const FreeModel& model, const Partition& p, c
     Phi_e.noalias() -= N * overlap;
     modes.Phi.leftCols(r) = N;
     s.massless.V = modes.Phi(solver.interface_dofs(), Eigen::all);
-    if (wanted.tapered) taper(modes.lambda, r, modes.next, s.massless.V);
+    if (wanted.tapered) {
+      const Vector whole = s.massless.V.colwise().squaredNorm();
+      taper(modes.lambda, r, modes.next, s.massless.V);
+      const Vector left = s.massless.V.colwise().squaredNorm();
+      figures.share = left.tail(left.size() - r).cwiseQuotient(whole.tail(left.size() - r));
+    }
   }
   s.eigenvalues = modes.lambda;
   figures.method = modes.method, figures.proven = modes.proven, figures.counts = modes.counts, figures.next = modes.next;
@@ -288,7 +293,7 @@ MasslessFigures make_massless_fixed(const std::vector<Index>& part, Superelement
   s.massless.F = std::move(F);
   s.massless.V.noalias() = U * pairs.Phi;
   s.massless.V.leftCols(r) = R;
-  figures.method = "of the fixed ones", figures.proven = true;
+  figures.fixed = true, figures.method = "of the fixed ones", figures.proven = true;
   Matrix elastic = s.massless.F;
   const Index e = k - r;
   if (e > 0) {
