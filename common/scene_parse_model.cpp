@@ -41,6 +41,10 @@ Component::BlockOptions parse_block(const SceneNode& node, const Scene& scene) {
 void parse_second_reduction(const SceneNode& node, ReductionOptions& reduction) {
   const SceneMap map = node.map({"modes", "cutoff_hz"});
   if (!reduction.is_decomposed()) node.fail("needs 'domains' above 1: it reduces the domains once more, put together");
+  if (reduction.tolerance)
+    node.fail(
+        "cannot be had with tolerance, which says nothing of what a second reduction leaves out: take modes or cutoff_hz in its "
+        "place");
   if (map.exactly_one({"modes", "cutoff_hz"}) == "modes") {
     reduction.second_modes = map.at("modes").index(0);
   } else {

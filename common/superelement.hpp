@@ -79,8 +79,10 @@ struct Superelement {
     };
     std::map<std::string, OfSurface> surfaces;  // those that are nearly flat
     Vector frequency_hz, eigenvalue_error;      // m, of the free component's lowest elastic modes: (lambda - exact) / lambda
+    std::optional<double> worst_of_ten;         // the largest eigenvalue_error of the ten lowest, of each part; listed or not
+    Vector interface_share;                     // m or none: share of a mode's compliance at the interface that moves with it
     double covered_hz = 0;                      // up to here all of `frequency_hz` are right to 1 %; 0: none, or not estimated
-    double complete_hz = 0;                     // no fixed-interface mode below this is missing; 0: not known
+    double complete_hz = 0;                     // no fixed-interface mode (of modes of the free body: none) below this is missing
     double tolerance = 0;                       // that picked the modes; 0: none did
   };
   std::optional<Accuracy> accuracy;

@@ -22,6 +22,8 @@ void write_accuracy(Hdf5Writer& file, const std::string& group, const Supereleme
   }
   file.write(group + "/frequency_hz", a.frequency_hz);
   file.write(group + "/eigenvalue_error", a.eigenvalue_error);
+  if (a.worst_of_ten) file.write(group + "/worst_of_ten", *a.worst_of_ten);
+  if (a.interface_share.size() > 0) file.write(group + "/interface_share", a.interface_share);
   file.write(group + "/covered_hz", a.covered_hz);
   file.write(group + "/complete_hz", a.complete_hz);
   file.write(group + "/tolerance", a.tolerance);
@@ -48,6 +50,8 @@ Superelement::Accuracy read_accuracy(const Hdf5Reader& file, const std::string& 
   }
   a.frequency_hz = file.read_vector(group + "/frequency_hz");
   a.eigenvalue_error = file.read_vector(group + "/eigenvalue_error");
+  if (file.has(group + "/worst_of_ten")) a.worst_of_ten = file.read_scalar(group + "/worst_of_ten");
+  if (file.has(group + "/interface_share")) a.interface_share = file.read_vector(group + "/interface_share");
   a.covered_hz = file.read_scalar(group + "/covered_hz");
   a.complete_hz = file.read_scalar(group + "/complete_hz");
   a.tolerance = file.read_scalar(group + "/tolerance");
@@ -181,6 +185,10 @@ void check_extras(const Superelement& s, const std::string& where) {
           "wrong shape (" + std::to_string(a.strain_left_out.size()) + "), expected (6)");
   require(a.frequency_hz.size() == a.eigenvalue_error.size(), group + "eigenvalue_error",
           "wrong length " + std::to_string(a.eigenvalue_error.size()) + ", expected " + std::to_string(a.frequency_hz.size()));
+  require(a.interface_share.size() == 0 || a.interface_share.size() == a.frequency_hz.size(), group + "interface_share",
+          "wrong length " + std::to_string(a.interface_share.size()) + ", expected " + std::to_string(a.frequency_hz.size()));
+  require(a.interface_share.allFinite(), group + "interface_share", "not finite");
+  require(!a.worst_of_ten || std::isfinite(*a.worst_of_ten), group + "worst_of_ten", "not finite");
   require(a.strain_left_out.allFinite() && a.frequency_hz.allFinite() && a.eigenvalue_error.allFinite(), "/accuracy", "not finite");
   for (const auto& [name, of] : a.surfaces)
     require(std::isfinite(of.impact) && std::isfinite(of.strain_left_out), group + "surfaces/" + name, "not finite");

@@ -18,11 +18,13 @@
 namespace cbr {
 namespace {
 
-constexpr double nearly_flat = 0.9;                           // |sum of area vectors| / area, from here on a surface has a normal
-constexpr double no_strain = 1e-12;                           // of the largest: a rigid motion that does not bend the interior
-constexpr Index largest_dense = 6000;                         // interface dofs up to which K_cc and M_res are factored for this
-constexpr double enough = 0.1;                                // relative error of an eigenvalue: those above are of no interest
-constexpr Index most = 32, beside = 16;                       // modes that are estimated, and more that these may mix with
+constexpr double nearly_flat = 0.9;    // |sum of area vectors| / area, from here on a surface has a normal
+constexpr double no_strain = 1e-12;    // of the largest: a rigid motion that does not bend the interior
+constexpr Index largest_dense = 6000;  // interface dofs up to which K_cc and M_res are factored for this
+constexpr double enough = 0.1;         // relative error of an eigenvalue: those above are of no interest
+// Of the first held mode's frequency that is missing: nearer to it errors were estimated at 0.4 to 2.5 of what they are, and above
+// it the full model has modes that the basis has not, so that there is nothing to compare.
+constexpr double trusted = 0.95;
 constexpr double good_eigenvalue = 0.95 * (1 - 0.99 * 0.99);  // 1 % of the frequency, for modes beyond those looked at
 
 // Area vectors of the surface at its nodes' dofs   (c)
@@ -87,11 +89,11 @@ Matrix pressure_motions(const Superelement& s, const std::vector<const Surface*>
 }  // namespace
 
 InterfaceMotions interface_motions(const Partition& p, const SparseCholesky& factor, const Superelement& s,
-                                   const std::vector<Index>& part) {
+                                   const std::vector<Index>& part, bool of_faces) {
   InterfaceMotions motions;
   std::vector<const Surface*> flat;
   for (const Surface& surface : s.surfaces)
-    if (is_nearly_flat(s, surface)) flat.push_back(&surface);
+    if (of_faces && is_nearly_flat(s, surface)) flat.push_back(&surface);
   const Matrix pressed = pressure_motions(s, flat, part);
   motions.W.resize(s.c(), InterfaceMotions::n_rigid + pressed.cols());
   motions.W << reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c()), pressed;
@@ -180,10 +182,10 @@ struct Estimates {
   }
 };
 
-// Of one connected part: the lowest `most`.
+// Of one connected part.
 void estimate_eigenvalue_errors(const Partition& p, const SparseCholesky& factor, const Superelement& s, const Matrix& Phi,
                                 Index n_rigid, const ModesNotKept& not_kept, Estimates& estimates) {
-  const Index count = std::min(s.n() - n_rigid, most), m = std::min(s.n(), n_rigid + most + beside);
+  const Index count = std::min(s.n() - n_rigid, n_estimated), m = std::min(s.n(), n_rigid + n_estimated + n_beside);
   const Matrix U = s.V.block(s.k(), 0, s.c(), m);
   const Vector lambda = s.omega.head(m).cwiseAbs2();
   // What drives the modes that are missing: the interface, and residual vectors, as these are no eigenvectors
@@ -191,7 +193,8 @@ void estimate_eigenvalue_errors(const Partition& p, const SparseCholesky& factor
   const Index own = s.k() - s.n_residual, r = s.n_residual;
   if (r > 0) Y += p.M_II * Matrix(Phi.rightCols(r) * s.V.block(own, 0, r, m));
   MissingModes missing{not_kept.lambda, not_kept.Phi.transpose() * Y, {}, {}, not_kept.beyond};
-  LeftOfAnswer left = left_of_answer(p, factor, {Phi.leftCols(own), not_kept.Phi}, s.eigenvalues.tail(r), Phi.rightCols(r), std::move(Y));
+  LeftOfAnswer left =
+      left_of_answer(p, factor, {Phi.leftCols(own), not_kept.Phi}, s.eigenvalues.tail(r), Phi.rightCols(r), std::move(Y));
   missing.D = std::move(left.D), missing.D_2 = std::move(left.D_2);
   const Vector full = full_eigenvalues(lambda, missing, n_rigid, count);
   Vector error = Vector::Zero(count);
@@ -200,11 +203,27 @@ void estimate_eigenvalue_errors(const Partition& p, const SparseCholesky& factor
   estimates.add(lambda.segment(n_rigid, count), error);
 }
 
-// The lowest, up to the first that is of no interest, and up to where they are good and no held mode is missing.
-void take_estimates(Estimates estimates, Superelement::Accuracy& accuracy) {
-  auto& list = estimates.list;
+Vector sorted(Vector v) {
+  std::sort(v.begin(), v.end());
+  return v;
+}
+
+FreeEigenvalues eigenvalues_of(const Estimates& estimates) {
+  const auto n = static_cast<Index>(estimates.list.size());
+  FreeEigenvalues of{Vector(n), Vector(n), estimates.worst_of_ten};
+  for (Index j = 0; j < n; ++j) {
+    const auto& [lambda, error] = estimates.list[static_cast<std::size_t>(j)];
+    of.with_basis(j) = lambda, of.full(j) = lambda * (1 - error);
+  }
+  of.with_basis = sorted(std::move(of.with_basis)), of.full = sorted(std::move(of.full));
+  return of;
+}
+
+// The lowest, up to the first that is of no interest or above end_hz, and up to where they are good.
+void take_estimates(std::vector<std::pair<double, double>> list, double end_hz, Superelement::Accuracy& accuracy) {
   std::stable_sort(list.begin(), list.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-  if (list.size() > most) list.resize(most);
+  if (list.size() > n_estimated) list.resize(n_estimated);
+  std::erase_if(list, [&](const auto& mode) { return std::sqrt(mode.first) > 2 * std::numbers::pi * end_hz; });
   const auto above = [&](double most_error) {
     return std::find_if(list.begin(), list.end(), [&](const auto& mode) { return !(mode.second <= most_error); }) - list.begin();
   };
@@ -237,8 +256,10 @@ void look_at_parts(const std::vector<ComponentPart>& parts, const Superelement& 
       if (owner_of_others[j] == q) others.push_back(j);
     own.eigenvalues = s.eigenvalues(kept), own.M_kc = s.M_kc(kept, part.on_interface);
     const Matrix own_Phi = Phi(part.inside, kept);
-    ModesNotKept own_others{not_kept.lambda(others), not_kept.Phi(part.inside, others),
-                            not_kept.beyond_of_part.empty() ? not_kept.beyond : not_kept.beyond_of_part[q], {}};
+    ModesNotKept own_others{not_kept.lambda(others),
+                            not_kept.Phi(part.inside, others),
+                            not_kept.beyond_of_part.empty() ? not_kept.beyond : not_kept.beyond_of_part[q],
+                            {}};
     const SparseCholesky factor(part.p.K_II);
     const InterfaceMotions motions = interface_motions(part.p, factor, own, part.one());
     const Index k = own.k() - own.n_residual, r = own.n_residual;
@@ -246,8 +267,9 @@ void look_at_parts(const std::vector<ComponentPart>& parts, const Superelement& 
         left_of_answer(part.p, factor, {own_Phi.leftCols(k)}, own.eigenvalues.tail(r), own_Phi.rightCols(r), motions.Y);
     a.largest_left_out = std::max(a.largest_left_out, strain_left_out(motions, left.D).largest);
     if (!s.has_diagonal_form()) continue;
-    const Index n_rigid = add_diagonal_form(own, part.one());
-    estimate_eigenvalue_errors(part.p, factor, own, own_Phi, n_rigid, settled(std::move(own_others), part.p, factor, own), estimates);
+    const Index n_rigid = add_lowest_modes(own, part.one(), n_estimated + n_beside);
+    estimate_eigenvalue_errors(part.p, factor, own, own_Phi, n_rigid, settled(std::move(own_others), part.p, factor, own),
+                               estimates);
   }
 }
 
@@ -255,7 +277,7 @@ void look_at_parts(const std::vector<ComponentPart>& parts, const Superelement& 
 
 Superelement::Accuracy accuracy_of(const Partition& p, const SparseCholesky& factor, const InterfaceMotions& motions,
                                    const Superelement& s, const Matrix& Phi, Index n_rigid, const ModesNotKept& not_kept,
-                                   const std::vector<ComponentPart>& parts, double* worst_of_ten) {
+                                   const std::vector<ComponentPart>& parts, bool of_faces, FreeEigenvalues* free) {
   Superelement::Accuracy a;
   a.rho_res = residual_mass_share(s);
   if (p.lumped) {
@@ -264,14 +286,14 @@ Superelement::Accuracy accuracy_of(const Partition& p, const SparseCholesky& fac
     a.rho_floor = floor / s.rigid_body.mass;
   }
   const Index own = s.k() - s.n_residual, r = s.n_residual;
-  const LeftOfAnswer unheld =
-      left_of_answer(p, factor, {Phi.leftCols(own)}, s.eigenvalues.tail(r), Phi.rightCols(r), motions.Y);
+  const LeftOfAnswer unheld = left_of_answer(p, factor, {Phi.leftCols(own)}, s.eigenvalues.tail(r), Phi.rightCols(r), motions.Y);
   const StrainLeftOut left = strain_left_out(motions, unheld.D);
   a.strain_left_out = left.of_motion.head(InterfaceMotions::n_rigid);
   a.largest_left_out = left.largest;
   for (std::size_t i = 0; i < motions.surfaces.size(); ++i)
     a.surfaces[motions.surfaces[i]].strain_left_out = left.of_motion(InterfaceMotions::n_rigid + static_cast<Index>(i));
-  const bool any_flat = std::any_of(s.surfaces.begin(), s.surfaces.end(), [&](const Surface& f) { return is_nearly_flat(s, f); });
+  const bool any_flat =
+      of_faces && std::any_of(s.surfaces.begin(), s.surfaces.end(), [&](const Surface& f) { return is_nearly_flat(s, f); });
   const Matrix L = any_flat && s.c() <= largest_dense ? residual_mass_factor(s) : Matrix();
   for (const Surface& surface : s.surfaces)
     if (L.rows() > 0 && is_nearly_flat(s, surface)) a.surfaces[surface.name].impact = impact_share(s, L, surface);
@@ -283,8 +305,36 @@ Superelement::Accuracy accuracy_of(const Partition& p, const SparseCholesky& fac
   } else if (s.has_diagonal_form()) {
     estimate_eigenvalue_errors(p, factor, s, Phi, n_rigid, others, estimates);
   }
-  *worst_of_ten = estimates.worst_of_ten;
-  if (s.has_diagonal_form()) take_estimates(std::move(estimates), a);
+  *free = eigenvalues_of(estimates);
+  if (free->known()) a.worst_of_ten = estimates.worst_of_ten;
+  if (others.beyond > 0 || others.lambda.size() > 0) free->end_hz = trusted * a.complete_hz;
+  take_estimates(std::move(estimates.list), free->end_hz, a);
+  return a;
+}
+
+void judge_eigenvalues(const Vector& lambda, const FreeEigenvalues& estimates, Superelement::Accuracy& a) {
+  std::vector<std::pair<double, double>> list;
+  const Index n = std::min(lambda.size(), estimates.full.size());
+  double worst = 0;
+  for (Index j = 0; j < n; ++j) {
+    const double above = 1 - estimates.full(j) / lambda(j), below = estimates.with_basis(j) / lambda(j) - 1;
+    list.emplace_back(lambda(j), lambda(j) > 0 ? std::max({0.0, above, below}) : HUGE_VAL);
+    if (j < n_free_modes_of_tolerance) worst = std::max(worst, list.back().second);
+  }
+  a.covered_hz = 0, a.worst_of_ten.reset();
+  if (n > 0 && std::isfinite(worst)) a.worst_of_ten = worst;
+  take_estimates(std::move(list), estimates.end_hz, a);
+}
+
+Superelement::Accuracy accuracy_of_free_modes(const Vector& lambda, double next, const Vector& share) {
+  Superelement::Accuracy a;
+  const auto hz = [](double value) { return std::sqrt(value) / (2 * std::numbers::pi); };
+  const Index n = lambda.size(), listed = std::min(n, n_estimated);
+  if (n > 0) a.covered_hz = a.complete_hz = hz(lambda(n - 1)), a.worst_of_ten = 0;
+  a.complete_hz = std::max(a.complete_hz, next > 0 ? hz(next) : 0.0);
+  a.frequency_hz = lambda.head(listed).cwiseMax(0.0).cwiseSqrt() / (2 * std::numbers::pi);
+  a.eigenvalue_error.setZero(listed);
+  if (share.size() > 0) a.interface_share = share.head(listed);
   return a;
 }
 

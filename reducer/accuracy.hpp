@@ -2,6 +2,7 @@
 // Errors of a reduction that are known before any run (docs/theory.md, "Errors known before the run").
 #pragma once
 
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -25,9 +26,10 @@ struct InterfaceMotions {
   Index size() const { return W.cols(); }
 };
 
-// s: K_cc, M_cc and what describes its interface. `part`: per node of it, the connected part of the component. 2 m solves.
+// s: K_cc, M_cc and what describes its interface. `part`: per node of it, the connected part of the component. 2 m solves. Without
+// of_faces rigid ones alone.
 InterfaceMotions interface_motions(const Partition& p, const SparseCholesky& factor, const Superelement& s,
-                                   const std::vector<Index>& part);
+                                   const std::vector<Index>& part, bool of_faces = true);
 
 // What modes leave of E: D (m x m) of left_of_answer().
 struct StrainLeftOut {
@@ -47,20 +49,38 @@ double impact_share(const Superelement& s, const Matrix& L, const Surface& surfa
 
 // Fixed-interface modes that a superelement does not have.
 struct ModesNotKept {
-  Vector lambda;      // d, of those that were computed and dropped
-  Matrix Phi;         // n_I x d
-  double beyond = 0;  // no other has a lower eigenvalue; 0: there are no others, or that is not known
+  Vector lambda;                       // d, of those that were computed and dropped
+  Matrix Phi;                          // n_I x d
+  double beyond = 0;                   // no other has a lower eigenvalue; 0: there are no others, or that is not known
   std::vector<double> beyond_of_part;  // the same of each part, where it is known better
 };
 
-// All of the above. Phi (n_I x k): the kept modes and residual vectors. `parts`: of the component, when there are several: strain left
-// out and free modes then are each part's own. n_rigid: columns of V that are rigid motions; free modes are looked at when s has its
-// diagonal form: their eigenvalues are too high by what the modes that are not kept take from the reduced stiffness
-// (full_eigenvalues()); the lowest 32, and none after the first that may be off by more than 0.1. Two solves a mode. not_kept.beyond,
-// where it is not known, is found by Lanczos. worst_of_ten: the largest error of the ten lowest, of each part.
+// Elastic eigenvalues of the free component, of the lowest modes of each of its parts.
+struct FreeEigenvalues {
+  Vector with_basis, full;   // ascending each; `full`: no eigenvalue of that number of the full model is lower, by the estimate
+  double worst_of_ten = 0;   // the largest error, of the ten lowest of each part
+  double end_hz = HUGE_VAL;  // estimates of modes above are not trusted: a little below the first held mode that is missing
+  bool known() const { return with_basis.size() > 0; }
+};
+constexpr Index n_estimated = 32, n_beside = 16;  // modes that are estimated, and more that these may mix with
+
+// All of the above. Phi (n_I x k): the kept modes and residual vectors. `parts`: of the component, when there are several: strain
+// left out and free modes then are each part's own. n_rigid: columns of V that are rigid motions; free modes are looked at when s
+// has its diagonal form: their eigenvalues are too high by what the modes that are not kept take from the reduced stiffness
+// (full_eigenvalues()); the lowest 32, none after the first that may be off by more than 0.1, and none above 0.95 of the first held
+// mode that is missing. Two solves a mode. not_kept.beyond, where it is not known, is found by Lanczos. The lowest n_estimated +
+// n_beside columns of the diagonal form do. of_faces: also what is told of each face.
 Superelement::Accuracy accuracy_of(const Partition& p, const SparseCholesky& factor, const InterfaceMotions& motions,
                                    const Superelement& s, const Matrix& Phi, Index n_rigid, const ModesNotKept& not_kept,
-                                   const std::vector<ComponentPart>& parts, double* worst_of_ten);
+                                   const std::vector<ComponentPart>& parts, bool of_faces, FreeEigenvalues* estimates);
+
+// Of a basis that was made of Craig-Bampton's form, whose figures are `a` and `estimates`: its own elastic eigenvalues, ascending,
+// are off by 1 - full / lambda at most, or from below by what Craig-Bampton's are above them.
+void judge_eigenvalues(const Vector& lambda, const FreeEigenvalues& estimates, Superelement::Accuracy& a);
+
+// Of free modes, which are exact: elastic eigenvalues, ascending, and that of the next mode (0: not known). share: of each mode's
+// compliance at the interface, what moves with it; empty: all.
+Superelement::Accuracy accuracy_of_free_modes(const Vector& lambda, double next, const Vector& share);
 
 // For the summary.
 void say_accuracy(const Superelement& s, Report& report);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "common/error.hpp"
@@ -27,8 +28,8 @@ Matrix times_mass(const Superelement& s, const Matrix& X) {
 //   T = [I  -B  ]    T^T M^ T = I    A = T^T K^ T = [ Lambda      -Lambda B                   ]
 //       [0  L^-T],                                  [ -B^T Lambda  B^T Lambda B + L^-1 K_cc L^-T ],
 // so nothing of the size n^3 is spent on making the problem a standard one, and neither K^ nor M^ is formed. R (n x r): the rigid
-// motions, R^T M^ R = I, no part along modes, which get lambda = 0.
-Eigenpairs reduced_eigenpairs(const Superelement& s, const Matrix& R) {
+// motions, R^T M^ R = I, no part along modes, which get lambda = 0. The lowest `count`, them included.
+Eigenpairs reduced_eigenpairs(const Superelement& s, const Matrix& R, std::optional<Index> count) {
   const Index k = s.k(), c = s.c(), n = s.n();
   Matrix L = s.M_cc;
   if (k > 0) L.noalias() -= s.M_kc.transpose() * s.M_kc;
@@ -53,14 +54,37 @@ Eigenpairs reduced_eigenpairs(const Superelement& s, const Matrix& R) {
   Matrix Q(n, R.cols());
   if (k > 0 && Q.cols() > 0) Q.topRows(k) = s.M_kc * R.bottomRows(c);
   if (Q.cols() > 0) Q.bottomRows(c) = cholesky.matrixU() * R.bottomRows(c);
-  Eigenpairs pairs = dense_eigenpairs_beside(std::move(A), Q);
+  Eigenpairs pairs = dense_eigenpairs_beside(std::move(A), Q, count);
   if (!pairs.converged || c == 0) return pairs;
-  // V = T Z: V_c = L^-T Z_c, V_k = Z_k - M_kc V_c   (n x n)
+  // V = T Z: V_c = L^-T Z_c, V_k = Z_k - M_kc V_c   (n x count)
   auto V_c = pairs.Phi.bottomRows(c);
   cholesky.matrixU().solveInPlace(V_c);
   if (k > 0) pairs.Phi.topRows(k).noalias() -= s.M_kc * V_c;
   fix_signs(pairs.Phi);
   return pairs;
+}
+
+void add_modes(Superelement& s, Matrix R, std::optional<Index> count) {
+  const Index n = count.value_or(s.n()), n_rigid = R.cols();
+  if (n_rigid > 0) orthonormalise([&](const Matrix& X) { return times_mass(s, X); }, R, "the rigid motions");
+  Eigenpairs pairs = reduced_eigenpairs(s, R, count);
+  if (!pairs.converged) {
+    throw InputError(
+        "the reduced mass matrix is not positive definite, so there is no diagonal form (no integrator can do without), as "
+        "round-off "
+        "makes that of very thin parts: use larger or less flat elements, keep fewer modes, or widen the interface");
+  }
+  fix_signs(R);
+  auto elastic = pairs.Phi.rightCols(n - n_rigid);
+  // V_e <- V_e - R (R^T M^ V_e)   (n x n_e)
+  const Matrix overlap = times_mass(s, R).transpose() * elastic;
+  elastic.noalias() -= R * overlap;
+  pairs.Phi.leftCols(n_rigid) = R;
+  // Below this the eigensolver cannot tell an eigenvalue from 0: a mechanism inside the interface. (Of the lowest alone: less.)
+  const double noise = n > 0 ? 10 * std::numeric_limits<double>::epsilon() * std::abs(pairs.lambda(n - 1)) : 0.0;
+  s.omega = Vector::Zero(n);
+  for (Index j = n_rigid; j < n; ++j) s.omega(j) = pairs.lambda(j) > noise ? std::sqrt(pairs.lambda(j)) : 0.0;
+  s.V = std::move(pairs.Phi);
 }
 
 }  // namespace
@@ -72,26 +96,17 @@ Index add_diagonal_form(Superelement& s, const std::vector<Index>& part) {
   return n_rigid;
 }
 
-void add_diagonal_form(Superelement& s, Matrix R) {
-  const Index n = s.n(), n_rigid = R.cols();
-  if (n_rigid > 0) orthonormalise([&](const Matrix& X) { return times_mass(s, X); }, R, "the rigid motions");
-  Eigenpairs pairs = reduced_eigenpairs(s, R);
-  if (!pairs.converged) {
-    throw InputError(
-        "the reduced mass matrix is not positive definite, so there is no diagonal form (no integrator can do without), as round-off "
-        "makes that of very thin parts: use larger or less flat elements, keep fewer modes, or widen the interface");
+void add_diagonal_form(Superelement& s, Matrix R) { add_modes(s, std::move(R), {}); }
+
+Index add_lowest_modes(Superelement& s, const std::vector<Index>& part, Index count) {
+  Matrix R = rigid_motions_of_parts(s, part);
+  const Index n_rigid = R.cols();
+  if (n_rigid + count < s.n()) {
+    add_modes(s, std::move(R), n_rigid + count);
+  } else {
+    add_modes(s, std::move(R), {});
   }
-  fix_signs(R);
-  auto elastic = pairs.Phi.rightCols(n - n_rigid);
-  // V_e <- V_e - R (R^T M^ V_e)   (n x n_e)
-  const Matrix overlap = times_mass(s, R).transpose() * elastic;
-  elastic.noalias() -= R * overlap;
-  pairs.Phi.leftCols(n_rigid) = R;
-  // Below this the eigensolver cannot tell an eigenvalue from 0: a mechanism inside the interface.
-  const double noise = n > 0 ? 10 * std::numeric_limits<double>::epsilon() * std::abs(pairs.lambda(n - 1)) : 0.0;
-  s.omega = Vector::Zero(n);
-  for (Index j = n_rigid; j < n; ++j) s.omega(j) = pairs.lambda(j) > noise ? std::sqrt(pairs.lambda(j)) : 0.0;
-  s.V = std::move(pairs.Phi);
+  return n_rigid;
 }
 
 }  // namespace cbr

@@ -17,4 +17,8 @@ Index add_diagonal_form(Superelement& superelement, const std::vector<Index>& pa
 // The same with rigid motions R (n x r, independent columns) as they are.
 void add_diagonal_form(Superelement& superelement, Matrix R);
 
+// Of the diagonal form only the rigid motions and the `count` lowest columns beyond them (all, where there are fewer): omega (m)
+// and V (n x m), for estimates. It is no diagonal form that others may see.
+Index add_lowest_modes(Superelement& superelement, const std::vector<Index>& part, Index count);
+
 }  // namespace cbr

@@ -230,6 +230,10 @@ SuperelementGroup reduce_domains(const Mesh& mesh, const std::vector<BlockProper
     f.seconds = report.seconds("reduction of the domains") - before;
   }
   group.rigid_body = together(group.domains);
+  if (options.tolerance)
+    report.warning("the tolerance holds in each of the " + std::to_string(group.domains.size()) +
+                   " domains, and not of what they make together: its lowest frequencies may be several times farther off; "
+                   "take domains: 1 where it has to hold, or a smaller tolerance");
   if (!options.has_second_reduction()) add_diagonal(mesh, settings.diagonal_limit, report, group);
   return group;
 }

@@ -233,7 +233,11 @@ MasslessFigures make_massless_free(const FreeModel& model, const Partition& p, c
     modes.Phi.leftCols(r) = N;
     s.massless.V = modes.Phi(solver.interface_dofs(), Eigen::all);
     s.massless.modes = wanted.tapered ? "tapered" : "free";
-    if (wanted.tapered && k > r) taper(modes, k, r, s);
+    if (wanted.tapered && k > r) {
+      const Vector whole = s.massless.V.middleCols(r, k - r).colwise().squaredNorm();
+      taper(modes, k, r, s);
+      figures.share = s.massless.V.rightCols(k - r).colwise().squaredNorm().transpose().cwiseQuotient(whole);
+    }
     if (modes.lambda.size() > k) modes.next = modes.lambda(k);
     s.eigenvalues = modes.lambda.head(k);
   }
@@ -260,7 +264,7 @@ MasslessFigures make_massless_fixed(const std::vector<Index>& part, Superelement
   FixedModes modes{s.eigenvalues, std::move(s.M_kc), std::move(s.K_cc)};
   forget_matrices(s);
   figures.lost_mass = 1 - take_fixed_modes(std::move(modes), R, momentum, s);
-  figures.method = "of the fixed ones", figures.proven = true;
+  figures.fixed = true, figures.method = "of the fixed ones", figures.proven = true;
   Matrix elastic = s.massless.F;
   const Index e = k - r;
   if (e > 0) {

@@ -25,6 +25,8 @@ struct MasslessFigures {
   // What F has left of the elastic compliance: least pivot of its Cholesky factor, and under a uniform load along x, y, z
   double smallest_pivot = 1;
   Vector3 left = Vector3::Zero();
+  Vector share;          // tapered modes: of each elastic one's compliance at the interface, what moves with it
+  bool fixed = false;    // of fixed modes
   double lost_mass = 0;  // fixed modes: largest share of a rigid motion's mass that was not in the modes, and was given to them
 };
 

@@ -68,9 +68,8 @@ FixedInterfaceModes modes_to_compute(Reduction& r, const SparseCholesky& factor)
   const Index candidates = n_mode_candidates(r.options.pick, wanted, n_I);
   const auto phase = r.report.phase("fixed-interface modes");
   r.report.progress("fixed-interface modes", 0);
-  FixedInterfaceModes modes = has_parts(r) && candidates <= n_I
-                                  ? fixed_interface_modes_by_part(parts(r), n_I, candidates, r.report)
-                                  : fixed_interface_modes(r.p, factor, candidates, r.report);
+  FixedInterfaceModes modes = has_parts(r) && candidates <= n_I ? fixed_interface_modes_by_part(parts(r), n_I, candidates, r.report)
+                                                                : fixed_interface_modes(r.p, factor, candidates, r.report);
   r.report.end_progress();
   if (r.options.cutoff_hz && wanted > 0) {
     const double cutoff = 2 * std::numbers::pi * *r.options.cutoff_hz;
@@ -141,6 +140,7 @@ void make_free(Reduction& r, const SparseCholesky& factor, Condensation& condens
   r.figures.mode_method = m.method, r.figures.modes_proven = m.proven;
   r.figures.condition.counts = m.counts, r.figures.condition.modes = m.modes;
   if (r.options.modes) warn_of_cut_pair(s.eigenvalues, m.next, r.report);
+  s.accuracy = accuracy_of_free_modes(s.eigenvalues.tail(s.k() - m.n_rigid), m.next, m.share);
   keep_figures(r, s, std::move(m));
 }
 
@@ -213,7 +213,8 @@ void add_loads(Reduction& r, const SparseCholesky& factor, FixedInterfaceModes& 
   const InteriorLoads loads = interior_loads(r.mesh, r.model, r.p, r.options.loads);
   if (!loads.any()) return;
   const auto phase = r.report.phase("residual vectors");
-  s.n_residual = has_parts(r) ? add_residual_vectors(parts(r), loads.F_I, modes) : add_residual_vectors(r.p, factor, loads.F_I, modes);
+  s.n_residual =
+      has_parts(r) ? add_residual_vectors(parts(r), loads.F_I, modes) : add_residual_vectors(r.p, factor, loads.F_I, modes);
   const Matrix more = mode_coupling(r.p, factor, modes.Phi.rightCols(s.n_residual), s.M_cc);
   condensed.M_kc.conservativeResize(modes.lambda.size(), r.p.n_interface());
   condensed.M_kc.bottomRows(s.n_residual) = more;
@@ -229,11 +230,34 @@ void take_matrices(Reduction& r, FixedInterfaceModes& modes, Condensation& conde
 
 void add_accuracy(Reduction& r, const SparseCholesky& factor, const InterfaceMotions& motions, const Matrix& Phi, Superelement& s) {
   const auto phase = r.report.phase("errors");
-  double worst_of_ten = 0;
-  s.accuracy = accuracy_of(r.p, factor, motions, s, Phi, r.figures.condition.n_rigid, r.not_kept, parts(r), &worst_of_ten);
+  FreeEigenvalues free;
+  s.accuracy = accuracy_of(r.p, factor, motions, s, Phi, r.figures.condition.n_rigid, r.not_kept, parts(r), true, &free);
   if (r.options.tolerance)
-    judge_tolerance(*r.options.tolerance, s.accuracy->largest_left_out, worst_of_ten, r.figures.condition.K_II.scaled, r.report);
+    judge_tolerance(*r.options.tolerance, s.accuracy->largest_left_out, free.worst_of_ten, r.figures.condition.K_II.scaled,
+                    r.report);
   s.accuracy->tolerance = r.options.tolerance.value_or(0);
+}
+
+// Of Craig-Bampton's form, from which s is to go over to another basis: what is known of it, and its lowest free modes.
+FreeEigenvalues look_before(Reduction& r, const SparseCholesky& factor, const Matrix& Phi, Superelement& s) {
+  const auto phase = r.report.phase("errors");
+  FreeEigenvalues free;
+  const std::vector<Index> part = parts_of_interface(r);
+  const InterfaceMotions motions = interface_motions(r.p, factor, s, part, false);
+  Index n_rigid = 0;
+  try {
+    if (s.n() <= r.settings.diagonal_limit) n_rigid = add_lowest_modes(s, part, n_estimated + n_beside);
+  } catch (const InputError&) {
+    s.omega.resize(0);  // a mass of round-off, with which the other basis may get on
+  }
+  s.accuracy = accuracy_of(r.p, factor, motions, s, Phi, n_rigid, r.not_kept, parts(r), false, &free);
+  s.omega.resize(0), s.V.resize(0, 0);
+  return free;
+}
+
+// And of the basis that it became, whose elastic eigenvalues come after the rigid ones.
+void look_after(const FreeEigenvalues& free, Index n_rigid, Superelement& s) {
+  judge_eigenvalues(s.eigenvalues.tail(s.k() - n_rigid), free, *s.accuracy);
 }
 
 void condense_and_keep(Reduction& r, Superelement& s) {
@@ -241,7 +265,8 @@ void condense_and_keep(Reduction& r, Superelement& s) {
   r.figures.factor_nonzeros = factor.n_nonzeros();
   r.figures.factor_flops = factor.flops();
   FixedInterfaceModes modes = first_modes(r, factor);
-  // From here on only its factor is needed, and the space may be; an inertia count of modes to come takes K_II itself, and so do parts
+  // From here on only its factor is needed, and the space may be; an inertia count of modes to come takes K_II itself, and so do
+  // parts
   if (!r.options.tolerance && !has_parts(r)) r.p.K_II = SparseMatrix(r.p.n_interior(), r.p.n_interior());
   Condensation condensed = condense_with(r, factor, modes.Phi);
   r.figures.rigid = condensed.rigid;
@@ -252,7 +277,9 @@ void condense_and_keep(Reduction& r, Superelement& s) {
   s.M_cc = std::move(condensed.M_cc);
   if (r.options.is_massless()) {
     take_matrices(r, modes, condensed, s);
-    return make_fixed(r, s);
+    const FreeEigenvalues free = look_before(r, factor, modes.Phi, s);
+    make_fixed(r, s);
+    return look_after(free, r.figures.massless.n_rigid, s);
   }
   InterfaceMotions motions;
   const bool judged = !r.options.is_characteristic() && !r.settings.is_domain;  // whose errors are told
@@ -269,8 +296,15 @@ void condense_and_keep(Reduction& r, Superelement& s) {
   r.figures.condition.reduced_rigid = rigid_residual(s.K_cc, reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c())).value;
   if (!r.options.is_characteristic()) add_diagonal(r, s);
   if (judged) add_accuracy(r, factor, motions, modes.Phi, s);
+  FreeEigenvalues free;
+  if (r.options.is_characteristic()) free = look_before(r, factor, modes.Phi, s);
   if (r.options.recovery) add_recovery(r, std::move(condensed.Psi), std::move(modes.Phi), s);
-  if (r.options.is_characteristic()) make_shapes(r, s);
+  if (!r.options.is_characteristic()) return;
+  make_shapes(r, s);
+  look_after(free, r.figures.condition.n_rigid, s);
+  const Vector lambda = s.eigenvalues.tail(s.k() - r.figures.condition.n_rigid);
+  const Index ten = std::min({lambda.size(), free.with_basis.size(), n_free_modes_of_tolerance});
+  if (ten > 0) r.figures.shapes_error = (1 - free.with_basis.head(ten).array() / lambda.head(ten).array()).maxCoeff();
 }
 
 // Of the full K, as it was assembled.

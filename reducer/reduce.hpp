@@ -37,6 +37,7 @@ struct ReductionFigures {
   Index panel = 0;
   Conditioning condition;
   RigidFigures rigid;
+  double shapes_error = NAN;             // of basis characteristic: worst_of_ten beside Craig-Bampton's own; NaN: not known
   MasslessFigures massless;              // of basis massless
   CharacteristicFigures characteristic;  // of basis characteristic
 };

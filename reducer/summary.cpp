@@ -64,10 +64,26 @@ void warn_of_residual_mass(const Vector3& rho, const Superelement& s, Report& re
 
 void say_residual_mass(const Vector3& rho, const Superelement& s, Report& report) {
   report.line(
-      format_text("  rho_res      x %.4f  y %.4f  z %.4f: of a motion along them stopping the whole interface at once loses "
-                  "this share of the energy",
+      format_text("  rho_res      x %.4f  y %.4f  z %.4f: share of a body's energy of motion along x, y, z that is lost when its "
+                  "whole interface stops at once",
                   rho(0), rho(1), rho(2)));
   warn_of_residual_mass(rho, s, report);
+}
+
+// Free ones are exact; what tapering takes from them at the interface.
+void say_free_modes(const Superelement& s, const MasslessFigures& m, Report& report) {
+  const Vector lambda = s.eigenvalues.tail(s.k() - m.n_rigid);
+  if (!s.accuracy || lambda.size() == 0) return;
+  report.line(format_text(
+      "  free modes   %lld elastic ones up to %.6g Hz, exact; none is missing below %.6g Hz; answers to constant forces "
+      "on the interface are exact",
+      static_cast<long long>(lambda.size()), s.accuracy->covered_hz, s.accuracy->complete_hz));
+  if (m.share.size() == 0) return;
+  Index half = 0;
+  while (half < m.share.size() && m.share(half) >= 0.5) ++half;
+  std::string text = format_text("  tapered      at the interface the lowest keeps %.4f of its compliance", m.share(0));
+  if (half > 0) text += format_text(", half or more up to %.6g Hz", std::sqrt(lambda(half - 1)) / (2 * std::numbers::pi));
+  report.line(text + format_text(", the last %.4f; the rest of it answers at once", m.share(m.share.size() - 1)));
 }
 
 void say_massless(const Superelement& s, const MasslessFigures& m, Report& report) {
@@ -77,12 +93,24 @@ void say_massless(const Superelement& s, const MasslessFigures& m, Report& repor
       static_cast<long long>(m.n_rigid), m.left(0), m.left(1), m.left(2)));
   report.line(format_text("  step         highest frequency %.6g Hz with the interface held: critical step %.4g",
                           s.massless.omega_closed / (2 * std::numbers::pi), 2 / s.massless.omega_closed));
-  if (m.lost_mass > 0)
-    report.line(
-        format_text("  mass         %.4f of a rigid motion's was not in the fixed modes and was given to them", m.lost_mass));
+  if (!m.fixed) return say_free_modes(s, m, report);
+  if (!s.accuracy) return;
+  const Vector3& rho = s.accuracy->rho_res;
+  report.line(format_text(
+      "  rho_res      x %.4f  y %.4f  z %.4f: share of the mass that was in no fixed mode along x, y, z and was given to "
+      "those that are kept; of all rigid motions up to %.4f",
+      rho(0), rho(1), rho(2), m.lost_mass));
+  if (m.lost_mass > large_residual_mass)
+    report.warning(
+        format_text("much of the mass was in no fixed mode (up to %.2f of a rigid motion's) and was given to those that are kept: "
+                    "frequencies of the free body are off",
+                    m.lost_mass) +
+        "; keep more modes, pick them by participation, or take massless_modes: free");
+  say_accuracy(s, report);
 }
 
-void say_characteristic(const Superelement& s, const CharacteristicFigures& c, Report& report) {
+void say_characteristic(const Superelement& s, const ReductionFigures& figures, Report& report) {
+  const CharacteristicFigures& c = figures.characteristic;
   const auto count = [](Index n) { return static_cast<long long>(n); };
   std::string text = format_text("  interface    %lld of its own modes", count(c.n_modes));
   if (c.n_modes > 0) text += format_text(" up to %.6g Hz", c.highest / (2 * std::numbers::pi));
@@ -92,6 +120,10 @@ void say_characteristic(const Superelement& s, const CharacteristicFigures& c, R
   report.line(text);
   report.line(format_text("  step         highest frequency %.6g Hz: critical step %.4g",
                           std::sqrt(s.eigenvalues.maxCoeff()) / (2 * std::numbers::pi), 2 / std::sqrt(s.eigenvalues.maxCoeff())));
+  if (!std::isnan(figures.shapes_error))
+    report.line(format_text(
+        "  shapes       put the ten lowest free frequencies up to %.2g %% of them above craig-bampton's of the same modes",
+        100 * (1 - std::sqrt(1 - std::clamp(figures.shapes_error, 0.0, 1.0)))));
   if (c.n_patterns == 0) return;
   report.line(format_text(
       "  compliance   %.4f of that of single nodes under pressure is not in the basis, nothing of that under a uniform one",
@@ -149,7 +181,7 @@ void summarise(const Superelement& s, const ReductionFigures& figures, const std
                           static_cast<long long>(fixed_modes(s, figures)), static_cast<long long>(s.n_coordinates())));
   report.line("  modes        " + modes_text(s, figures));
   say_loads(s, report);
-  if (s.is_characteristic()) say_characteristic(s, figures.characteristic, report);
+  if (s.is_characteristic()) say_characteristic(s, figures, report);
   if (s.is_massless()) {
     say_massless(s, figures.massless, report);
   } else {
@@ -181,6 +213,10 @@ void summarise_domains(const SuperelementGroup& group, const GroupFigures& f, Re
   report.line("  joined       " + std::to_string(k) + " modes, " + std::to_string(c) + " dofs of nodes, " + std::to_string(k + c) +
               " reduced");
   say_missing_modes(group, f, report);
+  report.line(
+      "  errors       of what the domains make together are not estimated, neither its frequencies nor its flat impacts: compare "
+      "with "
+      "twice the modes, or with domains: 1; rigid motion and answers to constant forces on the interface are exact");
   for (std::size_t d = 0; d < f.domains.size(); ++d) {
     report.detail(format_text("domain %zu: %lld elements, %lld interior dofs, c %lld, k %lld, factor %.3g non-zeros, ", d + 1,
                               static_cast<long long>(f.domains[d].n_elements),

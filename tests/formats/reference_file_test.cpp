@@ -81,6 +81,8 @@ TEST(ReferenceFiles, ErrorsAndConditioningAreRead) {
   ASSERT_TRUE(s.accuracy.has_value());
   ASSERT_EQ(s.accuracy->eigenvalue_error.size(), 1);
   EXPECT_NEAR(s.accuracy->eigenvalue_error(0), 0.11556431, 1e-8);
+  EXPECT_FALSE(s.accuracy->worst_of_ten);  // since 1.5
+  EXPECT_EQ(s.accuracy->interface_share.size(), 0);
   ASSERT_TRUE(s.conditioning.has_value());
   EXPECT_EQ(s.conditioning->n_rigid, 6);
   EXPECT_EQ(s.conditioning->n_zero, 6);

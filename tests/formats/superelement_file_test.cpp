@@ -98,6 +98,7 @@ Superelement sample_with_extras() {
   a.largest_left_out = 7, a.covered_hz = 8, a.complete_hz = 9, a.tolerance = 0.5;
   a.surfaces["contact"] = {0.25, 0.125};
   a.frequency_hz = Vector3(1, 2, 3), a.eigenvalue_error = Vector3(0.1, 0.2, 0.4);
+  a.worst_of_ten = 0.75, a.interface_share = Vector3(1, 0.5, 0.25);
   s.accuracy = a;
   s.loads["inside"] = {2.5, Matrix(s.V.leftCols(3))};
   s.n_residual = 2;
@@ -117,6 +118,8 @@ TEST(SuperelementFile, accuracyAndLoadsAreKept) {
   EXPECT_EQ(a.strain_left_out, b.strain_left_out);
   EXPECT_EQ(a.frequency_hz, b.frequency_hz);
   EXPECT_EQ(a.eigenvalue_error, b.eigenvalue_error);
+  EXPECT_EQ(a.worst_of_ten, b.worst_of_ten);
+  EXPECT_EQ(a.interface_share, b.interface_share);
   EXPECT_EQ(std::vector<double>({a.largest_left_out, a.covered_hz, a.complete_hz, a.tolerance}),
             std::vector<double>({7, 8, 9, 0.5}));
   ASSERT_EQ(a.surfaces.size(), 1U);
@@ -146,6 +149,8 @@ TEST(SuperelementFile, accuracyAndLoadsAreChecked) {
   expect("/accuracy/rho_res", [](Superelement& s) { s.accuracy->rho_res(1) = NAN; });
   expect("/accuracy/strain_left_out", [](Superelement& s) { s.accuracy->strain_left_out.resize(4); });
   expect("/accuracy/eigenvalue_error", [](Superelement& s) { s.accuracy->eigenvalue_error.resize(2); });
+  expect("/accuracy/interface_share", [](Superelement& s) { s.accuracy->interface_share.resize(2); });
+  expect("/accuracy/worst_of_ten", [](Superelement& s) { s.accuracy->worst_of_ten = NAN; });
   expect("/accuracy", [](Superelement& s) { s.accuracy->covered_hz = INFINITY; });
   expect("/accuracy/surfaces/contact", [](Superelement& s) { s.accuracy->surfaces["contact"].impact = NAN; });
 }

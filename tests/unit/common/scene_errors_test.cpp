@@ -72,6 +72,7 @@ const std::vector<Mistake> mistakes = {
     {"modes: 80", "modes: eighty", {"found 'eighty', expected a whole number"}},
     {"domains: 3", "domains: 0", {"expected a whole number from 1"}},
     {"domains: 2, second", "second", {"second_reduction", "needs 'domains' above 1"}},
+    {"cutoff_hz: 2.0e6, domains: 2", "tolerance: 0.1, domains: 2", {"second_reduction", "cannot be had with tolerance"}},
     {"{cutoff_hz: 1.5e6}", "{cutoff_hz: 1.5e6, modes: 3}", {"second_reduction", "cutoff_hz"}},
     {"{cutoff_hz: 1.5e6}", "{cutoff_hz: 0}", {"second_reduction.cutoff_hz"}},
     {"cutoff_hz: 2.0e6", "cutoff_hz: -2.0e6", {"cutoff_hz", "above 0"}},

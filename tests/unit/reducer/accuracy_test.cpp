@@ -75,15 +75,16 @@ TEST_P(Accuracy, EstimatedErrorsOfEigenvaluesAreTheTrueOnes) {
   }
 }
 
-// Of slender parts the strain energy of rigid accelerations is nearly all in the first modes, beside which what is missing is lost in
-// round-off where it is a difference. The reference keeps all modes: of the full K and M the lowest eigenvalues are round-off.
+// Of slender parts the strain energy of rigid accelerations is nearly all in the first modes, beside which what is missing is lost
+// in round-off where it is a difference. The reference keeps all modes: of the full K and M the lowest eigenvalues are round-off.
 TEST(AccuracyOfSlenderParts, EstimatedErrorsOfEigenvaluesAreTheTrueOnes) {
   struct Case {
     BoxSides box;
     std::array<Index, 2> modes;
   };
-  for (const Case& c : {Case{{{60, 1, 1}, {30, 1, 1}, {0, 0, 0}, 0}, {12, 30}}, Case{{{80, 1, 1}, {300, 1, 1}, {0, 0, 0}, 0}, {12, 30}},
-                        Case{{{8, 8, 1}, {1, 1, 0.01}, {0, 0, 0}, 0}, {20, 40}}}) {
+  for (const Case& c :
+       {Case{{{60, 1, 1}, {30, 1, 1}, {0, 0, 0}, 0}, {12, 30}}, Case{{{80, 1, 1}, {300, 1, 1}, {0, 0, 0}, 0}, {12, 30}},
+        Case{{{8, 8, 1}, {1, 1, 0.01}, {0, 0, 0}, 0}, {20, 40}}}) {
     const Mesh mesh = box_mesh(c.box);
     ReductionOptions options = of({"x_min"});
     options.modes = 3 * (c.box.n[0] * (c.box.n[1] + 1) * (c.box.n[2] + 1));
@@ -119,6 +120,64 @@ TEST_P(Accuracy, EstimatedErrorsWithResidualVectorsAreTheTrueOnes) {
       EXPECT_GT(a.eigenvalue_error(j), (j < 10 ? 0.99 : 0.95) * truth) << modes << " " << j;
       EXPECT_LT(a.eigenvalue_error(j), (modes > 4 ? 1.5 : 1.7) * truth) << modes << " " << j;  // 1.48 and 1.62 are the largest
     }
+  }
+}
+
+// Bases that are made of Craig-Bampton's form: what they add to its errors is in their estimates.
+TEST_P(Accuracy, EstimatedErrorsOfOtherBasesAreTheTrueOnes) {
+  const Mesh mesh = block();
+  const Full f = full(mesh, {"x_max"}, GetParam());
+  const auto compare = [&](const ReductionOptions& options, const char* what) {
+    const Superelement s = reduced(mesh, options, GetParam());
+    ASSERT_TRUE(s.accuracy) << what;
+    const Superelement::Accuracy& a = *s.accuracy;
+    const auto truth = [&](Index j) { return 1 - f.eigenvalues(6 + j) / s.eigenvalues(6 + j); };
+    double worst = 0;
+    for (Index j = 0; j < 10; ++j) worst = std::max(worst, std::abs(truth(j)));
+    ASSERT_TRUE(a.worst_of_ten) << what;
+    EXPECT_GT(*a.worst_of_ten, 0.97 * worst) << what;
+    EXPECT_LT(*a.worst_of_ten, 1.4 * worst) << what;
+    ASSERT_GT(a.frequency_hz.size(), 0) << what;
+    for (Index j = 0; j < a.frequency_hz.size(); ++j) {
+      EXPECT_NEAR(a.frequency_hz(j), std::sqrt(s.eigenvalues(6 + j)) / (2 * std::numbers::pi), 1e-9 * a.frequency_hz(j));
+      EXPECT_GE(a.eigenvalue_error(j), (j < 10 ? 0.97 : 0.85) * std::abs(truth(j)) - 1e-9) << what << " " << j;
+      if (a.frequency_hz(j) <= a.covered_hz) {
+        EXPECT_LE(1 - std::sqrt(1 - truth(j)), 0.0101) << what << " " << j;
+      }
+    }
+    EXPECT_TRUE(a.surfaces.empty()) << what;
+  };
+  ReductionOptions options = of({"x_max"});
+  options.modes = 60;
+  const Vector3 rho = reduced(mesh, options, GetParam()).accuracy->rho_res;
+  options.basis = "characteristic";
+  for (const Index shapes : {3, 15}) {
+    options.characteristic.modes = shapes;
+    compare(options, shapes == 3 ? "3 shapes" : "15 shapes");
+    EXPECT_LT((reduced(mesh, options, GetParam()).accuracy->rho_res - rho).norm(), 1e-9);
+  }
+  options.basis = "massless", options.massless_modes = "fixed";
+  compare(options, "fixed modes");
+  EXPECT_LT((reduced(mesh, options, GetParam()).accuracy->rho_res - rho).norm(), 1e-9);
+}
+
+TEST_P(Accuracy, FreeModesAreExactAndNoneIsMissing) {
+  const Mesh mesh = block();
+  const Full f = full(mesh, {"x_max"}, GetParam());
+  for (const char* modes : {"free", "tapered"}) {
+    ReductionOptions options = of({"x_max"});
+    options.basis = "massless", options.massless_modes = modes, options.modes = 20;
+    const Superelement s = reduced(mesh, options, GetParam());
+    ASSERT_TRUE(s.accuracy);
+    const Superelement::Accuracy& a = *s.accuracy;
+    const auto hz = [&](Index j) { return std::sqrt(f.eigenvalues(6 + j)) / (2 * std::numbers::pi); };
+    ASSERT_EQ(a.frequency_hz.size(), 20);
+    for (Index j = 0; j < 20; ++j) EXPECT_NEAR(a.frequency_hz(j), hz(j), 1e-9 * hz(j)) << j;
+    EXPECT_EQ(a.eigenvalue_error.maxCoeff(), 0);
+    EXPECT_NEAR(a.covered_hz, hz(19), 1e-9 * hz(19));
+    EXPECT_NEAR(a.complete_hz, hz(20), 1e-6 * hz(20));
+    EXPECT_EQ(a.interface_share.size(), modes == std::string("free") ? 0 : 20);
+    for (Index j = 1; j < a.interface_share.size(); ++j) EXPECT_LE(a.interface_share(j), a.interface_share(j - 1)) << j;
   }
 }
 
