@@ -108,19 +108,21 @@ TEST(AccuracyOfSlenderParts, EstimatedErrorsOfEigenvaluesAreTheTrueOnes) {
 TEST_P(Accuracy, EstimatedErrorsWithResidualVectorsAreTheTrueOnes) {
   const Mesh mesh = block();
   const Full f = full(mesh, {"x_max"}, GetParam());
+  Index compared = 0;
   for (const Index modes : {4, 12, 40}) {
     ReductionOptions options = of({"x_max"});
     options.modes = modes, options.loads = {"x_min", "y_max"};
     const Superelement s = reduced(mesh, options, GetParam());
     ASSERT_EQ(s.n_residual, 6);
     const Superelement::Accuracy& a = *s.accuracy;
-    ASSERT_GT(a.eigenvalue_error.size(), 0);
+    compared += a.eigenvalue_error.size();
     for (Index j = 0; j < a.eigenvalue_error.size(); ++j) {
       const double truth = 1 - f.eigenvalues(6 + j) / (s.omega(6 + j) * s.omega(6 + j));
       EXPECT_GT(a.eigenvalue_error(j), (j < 10 ? 0.99 : 0.95) * truth) << modes << " " << j;
       EXPECT_LT(a.eigenvalue_error(j), (modes > 4 ? 1.5 : 1.7) * truth) << modes << " " << j;  // 1.48 and 1.62 are the largest
     }
   }
+  EXPECT_GE(compared, 10);
 }
 
 // Bases that are made of Craig-Bampton's form: what they add to its errors is in their estimates.
