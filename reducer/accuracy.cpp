@@ -173,10 +173,16 @@ namespace {
 // Of the free component's lowest elastic modes: eigenvalues, and by what share of themselves they are too high.
 struct Estimates {
   std::vector<std::pair<double, double>> list;
+  std::vector<std::pair<double, double>>
+      trusted_list;         // those of them that are far enough below the part's first missing held mode
   double worst_of_ten = 0;  // error, of the ten lowest of each part
 
-  void add(const Vector& lambda, const Vector& error) {
-    for (Index j = 0; j < error.size(); ++j) list.emplace_back(lambda(j), error(j));
+  // lowest: eigenvalue of that mode
+  void add(const Vector& lambda, const Vector& error, double lowest) {
+    for (Index j = 0; j < error.size(); ++j) {
+      list.emplace_back(lambda(j), error(j));
+      if (lambda(j) <= trusted * trusted * lowest) trusted_list.push_back(list.back());
+    }
     const Index ten = std::min(error.size(), n_free_modes_of_tolerance);
     if (ten > 0) worst_of_ten = std::max(worst_of_ten, error.head(ten).maxCoeff());
   }
@@ -200,7 +206,7 @@ void estimate_eigenvalue_errors(const Partition& p, const SparseCholesky& factor
   Vector error = Vector::Zero(count);
   for (Index j = 0; j < count; ++j)
     if (const double with_basis = lambda(n_rigid + j); with_basis > 0) error(j) = std::max(0.0, 1 - full(j) / with_basis);
-  estimates.add(lambda.segment(n_rigid, count), error);
+  estimates.add(lambda.segment(n_rigid, count), error, missing.lowest());
 }
 
 Vector sorted(Vector v) {
@@ -308,7 +314,7 @@ Superelement::Accuracy accuracy_of(const Partition& p, const SparseCholesky& fac
   *free = eigenvalues_of(estimates);
   if (free->known()) a.worst_of_ten = estimates.worst_of_ten;
   if (others.beyond > 0 || others.lambda.size() > 0) free->end_hz = trusted * a.complete_hz;
-  take_estimates(std::move(estimates.list), free->end_hz, a);
+  take_estimates(std::move(estimates.trusted_list), HUGE_VAL, a);
   return a;
 }
 

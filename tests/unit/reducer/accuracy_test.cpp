@@ -108,57 +108,51 @@ TEST(AccuracyOfSlenderParts, EstimatedErrorsOfEigenvaluesAreTheTrueOnes) {
 TEST_P(Accuracy, EstimatedErrorsWithResidualVectorsAreTheTrueOnes) {
   const Mesh mesh = block();
   const Full f = full(mesh, {"x_max"}, GetParam());
+  Index compared = 0;
   for (const Index modes : {4, 12, 40}) {
     ReductionOptions options = of({"x_max"});
     options.modes = modes, options.loads = {"x_min", "y_max"};
     const Superelement s = reduced(mesh, options, GetParam());
     ASSERT_EQ(s.n_residual, 6);
     const Superelement::Accuracy& a = *s.accuracy;
-    ASSERT_GT(a.eigenvalue_error.size(), 0);
+    compared += a.eigenvalue_error.size();
     for (Index j = 0; j < a.eigenvalue_error.size(); ++j) {
       const double truth = 1 - f.eigenvalues(6 + j) / (s.omega(6 + j) * s.omega(6 + j));
       EXPECT_GT(a.eigenvalue_error(j), (j < 10 ? 0.99 : 0.95) * truth) << modes << " " << j;
       EXPECT_LT(a.eigenvalue_error(j), (modes > 4 ? 1.5 : 1.7) * truth) << modes << " " << j;  // 1.48 and 1.62 are the largest
     }
   }
+  EXPECT_GE(compared, 10);
 }
 
 // Bases that are made of Craig-Bampton's form: what they add to its errors is in their estimates.
 TEST_P(Accuracy, EstimatedErrorsOfOtherBasesAreTheTrueOnes) {
   const Mesh mesh = block();
   const Full f = full(mesh, {"x_max"}, GetParam());
+  Vector3 rho = Vector3::Zero();
   const auto compare = [&](const ReductionOptions& options, const char* what) {
     const Superelement s = reduced(mesh, options, GetParam());
-    ASSERT_TRUE(s.accuracy) << what;
-    const Superelement::Accuracy& a = *s.accuracy;
+    const Superelement::Accuracy& a = s.accuracy.value();
+    EXPECT_LT((a.rho_res - rho).norm(), 1e-9) << what;
     const auto truth = [&](Index j) { return 1 - f.eigenvalues(6 + j) / s.eigenvalues(6 + j); };
     double worst = 0;
     for (Index j = 0; j < 10; ++j) worst = std::max(worst, std::abs(truth(j)));
-    ASSERT_TRUE(a.worst_of_ten) << what;
-    EXPECT_GT(*a.worst_of_ten, 0.97 * worst) << what;
-    EXPECT_LT(*a.worst_of_ten, 1.4 * worst) << what;
+    EXPECT_NEAR(a.worst_of_ten.value(), 1.18 * worst, 0.21 * worst) << what;
     ASSERT_GT(a.frequency_hz.size(), 0) << what;
     for (Index j = 0; j < a.frequency_hz.size(); ++j) {
       EXPECT_NEAR(a.frequency_hz(j), std::sqrt(s.eigenvalues(6 + j)) / (2 * std::numbers::pi), 1e-9 * a.frequency_hz(j));
       EXPECT_GE(a.eigenvalue_error(j), (j < 10 ? 0.97 : 0.85) * std::abs(truth(j)) - 1e-9) << what << " " << j;
-      if (a.frequency_hz(j) <= a.covered_hz) {
-        EXPECT_LE(1 - std::sqrt(1 - truth(j)), 0.0101) << what << " " << j;
-      }
+      EXPECT_TRUE(a.frequency_hz(j) > a.covered_hz || 1 - std::sqrt(1 - truth(j)) <= 0.0101) << what << " " << j;
     }
     EXPECT_TRUE(a.surfaces.empty()) << what;
   };
   ReductionOptions options = of({"x_max"});
-  options.modes = 60;
-  const Vector3 rho = reduced(mesh, options, GetParam()).accuracy->rho_res;
+  options.modes = 60, rho = reduced(mesh, options, GetParam()).accuracy->rho_res;
   options.basis = "characteristic";
-  for (const Index shapes : {3, 15}) {
-    options.characteristic.modes = shapes;
-    compare(options, shapes == 3 ? "3 shapes" : "15 shapes");
-    EXPECT_LT((reduced(mesh, options, GetParam()).accuracy->rho_res - rho).norm(), 1e-9);
-  }
+  options.characteristic.modes = 3, compare(options, "3 shapes");
+  options.characteristic.modes = 15, compare(options, "15 shapes");
   options.basis = "massless", options.massless_modes = "fixed";
   compare(options, "fixed modes");
-  EXPECT_LT((reduced(mesh, options, GetParam()).accuracy->rho_res - rho).norm(), 1e-9);
 }
 
 TEST_P(Accuracy, FreeModesAreExactAndNoneIsMissing) {
@@ -168,8 +162,7 @@ TEST_P(Accuracy, FreeModesAreExactAndNoneIsMissing) {
     ReductionOptions options = of({"x_max"});
     options.basis = "massless", options.massless_modes = modes, options.modes = 20;
     const Superelement s = reduced(mesh, options, GetParam());
-    ASSERT_TRUE(s.accuracy);
-    const Superelement::Accuracy& a = *s.accuracy;
+    const Superelement::Accuracy& a = s.accuracy.value();
     const auto hz = [&](Index j) { return std::sqrt(f.eigenvalues(6 + j)) / (2 * std::numbers::pi); };
     ASSERT_EQ(a.frequency_hz.size(), 20);
     for (Index j = 0; j < 20; ++j) EXPECT_NEAR(a.frequency_hz(j), hz(j), 1e-9 * hz(j)) << j;

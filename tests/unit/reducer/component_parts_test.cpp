@@ -40,7 +40,8 @@ Mesh together(const std::vector<BoxSides>& boxes) {
     }
     for (Sideset& set : mesh.sidesets) {
       for (Side& side : set.sides) side.block += blocks;
-      const auto same = std::find_if(all.sidesets.begin(), all.sidesets.end(), [&](const Sideset& s) { return s.name == set.name; });
+      const auto same =
+          std::find_if(all.sidesets.begin(), all.sidesets.end(), [&](const Sideset& s) { return s.name == set.name; });
       if (same == all.sidesets.end()) {
         all.sidesets.push_back(set);
       } else {
@@ -113,7 +114,8 @@ TEST(ComponentParts, EstimatedErrorsAreTheTrueOnes) {
     options.pick = pick;
     const Superelement s = reduced(mesh, options);
     const Superelement::Accuracy& a = *s.accuracy;
-    ASSERT_GE(a.eigenvalue_error.size(), 6);
+    ASSERT_GE(a.eigenvalue_error.size(),
+              pick == std::string("frequency") ? 6 : 2);  // the others are not below the first that was dropped
     for (Index j = 0; j < std::min<Index>(10, a.eigenvalue_error.size()); ++j) {
       EXPECT_NEAR(a.frequency_hz(j), s.omega(12 + j) / (2 * M_PI), 1e-8 * a.frequency_hz(j));
       const double truth = 1 - std::pow(all.omega(12 + j) / s.omega(12 + j), 2);
@@ -145,7 +147,8 @@ TEST(ComponentParts, EqualPartsHaveTheModesOfOne) {
   massless.modes = 42;
   const Superelement s = reduced(mesh, massless);
   ASSERT_EQ(s.k(), 36 + 42);
-  for (Index j = 0; j < 42; ++j) EXPECT_NEAR(s.eigenvalues(36 + j), lone.eigenvalues(6 + j / 6), 1e-8 * lone.eigenvalues(6 + j / 6)) << j;
+  for (Index j = 0; j < 42; ++j)
+    EXPECT_NEAR(s.eigenvalues(36 + j), lone.eigenvalues(6 + j / 6), 1e-8 * lone.eigenvalues(6 + j / 6)) << j;
 }
 
 TEST(ComponentParts, ResidualVectorsMoveOnePartEach) {
