@@ -73,7 +73,8 @@ std::string reduction_text(const ReductionOptions& reduction) {
   const std::vector<std::string> sets = as_set(reduction.interface_sets);
   std::string text = "basis " + reduction.basis + "\n";
   if (reduction.is_massless()) text += "massless_modes " + reduction.massless_modes + "\n";
-  if (reduction.is_massless() && reduction.massless_modes == "tapered") text += "falling to the next that takes part\n";  // since 1.5
+  if (reduction.is_massless() && reduction.massless_modes == "tapered")
+    text += "falling to the next that takes part\n";  // since 1.5
   if (reduction.is_characteristic()) text += characteristic_text(reduction.characteristic);
   for (const auto& set : sets) text += "interface " + counted(set) + "\n";
   if (reduction.modes) text += "modes " + std::to_string(*reduction.modes) + "\n";

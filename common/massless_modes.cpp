@@ -57,9 +57,7 @@ double end_of_fall(const Superelement& s, const Matrix& V, const Vector& lambda,
   return std::sqrt(j < lambda.size() && lambda(j) > last ? lambda(j) : above * above * last);
 }
 
-Vector falling_weights(const Vector& lambda, double end) {
-  return (1 - (lambda.array().sqrt() / end).cube()).max(0.0).sqrt();
-}
+Vector falling_weights(const Vector& lambda, double end) { return (1 - (lambda.array().sqrt() / end).cube()).max(0.0).sqrt(); }
 
 double take_fixed_modes(FixedModes modes, const Matrix& R, const Matrix& momentum, Superelement& s) {
   const Index k = modes.lambda.size(), r = R.cols();

@@ -8,13 +8,13 @@ namespace cbr {
 
 // --- massless_modes: tapered ---
 
-// How many modes beyond `elastic` ones are looked at for the end of their fall; at least 1, and no more than the other half of twice
-// as many.
+// How many modes beyond `elastic` ones are looked at for the end of their fall; at least 1, and no more than the other half of
+// twice as many.
 Index modes_ahead(Index elastic);
 
-// Where interface rows of the first k modes fall to 0 (rad/s): the first of the modes_ahead() that takes part in a uniform pressure on
-// one of the surfaces of `s`, at the latest the last of them; the first one without surfaces. A mode takes part when its share of
-// the impulse's answer, (p^T V_j)^2, is a twentieth of the kept ones' mean, each weighed by itself, rigid motions as one. lambda
+// Where interface rows of the first k modes fall to 0 (rad/s): the first of the modes_ahead() that takes part in a uniform pressure
+// on one of the surfaces of `s`, at the latest the last of them; the first one without surfaces. A mode takes part when its share
+// of the impulse's answer, (p^T V_j)^2, is a twentieth of the kept ones' mean, each weighed by itself, rigid motions as one. lambda
 // (at least k, ascending, n_rigid zeros first) and V (c x lambda.size(), or without the last), V without a fall. Where nothing
 // beyond is known, as much above the last as evenly spaced frequencies would have it.
 double end_of_fall(const Superelement& s, const Matrix& V, const Vector& lambda, Index k, Index n_rigid);

@@ -65,9 +65,14 @@ Index n_modes_of(const BuiltScene& built) {
 
 // InputError for what keep_half() would refuse when the run is over.
 void require_halves(const BuiltScene& built) {
-  for (const auto& instance : built.instances)
-    for (const ReducedPart& part : instance.parts)
-      if (part.superelement) require_half(*part.superelement);
+  for (const auto& instance : built.instances) {
+    try {
+      for (const ReducedPart& part : instance.parts)
+        if (part.superelement) require_half(*part.superelement);
+    } catch (const InputError& error) {
+      throw InputError("component '" + instance.component + "': " + error.what());
+    }
+  }
 }
 
 // --check-error: the same scene and steps with half of the modes, nothing written. False when a signal has ended it.

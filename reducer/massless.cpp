@@ -19,9 +19,9 @@
 namespace cbr {
 namespace {
 
-constexpr double least_pivot = 1e-10;       // of F, as a share of the elastic compliance: below, it is round-off
-constexpr double no_strain = 1e-6;          // of the lowest elastic eigenvalue: a mechanism
-constexpr double rigid_tolerance = 1e-2;    // of it: rigid motions that cannot be told from the others
+constexpr double least_pivot = 1e-10;     // of F, as a share of the elastic compliance: below, it is round-off
+constexpr double no_strain = 1e-6;        // of the lowest elastic eigenvalue: a mechanism
+constexpr double rigid_tolerance = 1e-2;  // of it: rigid motions that cannot be told from the others
 
 // Six of each part, about its middle and of its size, N^T M N = I   (N x 6 parts)
 Matrix rigid_motions(const FreeModel& model) {
@@ -145,7 +145,8 @@ FixedInterfaceModes free_modes(const FreeModel& model, const Partition& p, doubl
                      std::to_string(model.K.rows() - n_rigid) + " elastic modes");
   }
   n_kept = k;
-  if (wanted.tapered && k > n_rigid) k = std::min(k + modes_ahead(k - n_rigid) - 1, model.K.rows());  // and the next one's frequency
+  if (wanted.tapered && k > n_rigid)
+    k = std::min(k + modes_ahead(k - n_rigid) - 1, model.K.rows());  // and the next one's frequency
   const bool one_part = *std::max_element(model.part.begin(), model.part.end()) == 0;
   FixedInterfaceModes modes = one_part ? fixed_interface_modes(all, factor, k, report)
                                        : fixed_interface_modes_by_part(split(all, model.part, {}), model.K.rows(), k, report);

@@ -28,7 +28,8 @@ std::vector<Index> better_half(const Vector& lambda, const Matrix& alpha, Index 
   return modes;
 }
 
-// Of massless_modes: free and tapered. u_c = V q_k + F f_c: statics stay as they were, F + V_e Lambda_e^-1 V_e^T of the elastic modes.
+// Of massless_modes: free and tapered. u_c = V q_k + F f_c: statics stay as they were, F + V_e Lambda_e^-1 V_e^T of the elastic
+// modes.
 void keep_half_of_free(Superelement& s) {
   auto& m = s.massless;
   const Index n_rigid = (s.eigenvalues.array() == 0).count(), e = s.k() - n_rigid, kept = n_rigid + e / 2;
@@ -75,7 +76,8 @@ void require_half(const Superelement& s) {
         "--check-error has no half to leave out of basis: characteristic, whose coordinates are modes and statics together: "
         "reduce with fewer modes and compare");
   const auto& m = s.massless;
-  if ((m.modes == "tapered" && m.omega_fall == 0 && (s.eigenvalues.array() > 0).any()) || (m.modes == "fixed" && m.rigid_share.size() == 0))
+  if ((m.modes == "tapered" && m.omega_fall == 0 && (s.eigenvalues.array() > 0).any()) ||
+      (m.modes == "fixed" && m.rigid_share.size() == 0))
     throw InputError("--check-error: a file before version 1.5 does not tell what half of massless_modes: " + m.modes +
                      " is: reduce again (cbr-reduce --force)");
   const Index r = m.rigid_share.cols();

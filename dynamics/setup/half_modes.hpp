@@ -14,8 +14,8 @@ void require_half(const Superelement& superelement);
 
 // Keeps half (rounded down) of the modes: the lowest, or those with the largest |alpha_j|^2; residual vectors stay all. With basis
 // massless it is what a reduction with half of the modes would be, whichever massless_modes: rigid motions stay all, and statics
-// as they are. Its diagonal form is dropped, its matrices must be there. Returns how many modes went. InputError: require_half(), or
-// half of the fixed modes leave a rigid motion without mass.
+// as they are. Its diagonal form is dropped, its matrices must be there. Returns how many modes went. InputError: require_half(),
+// or half of the fixed modes leave a rigid motion without mass.
 Index keep_half(Superelement& superelement, HalfBy by);
 
 }  // namespace cbr

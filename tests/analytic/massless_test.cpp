@@ -350,7 +350,8 @@ TEST(BouncingBar, MasslessKeepsBouncing) {
 // With numbers of modes that do not suit the motion rows that end at once lose the next landing; here the mesh's own
 // frequencies, 1.2 % off at the 17th, are part of the errors.
 TEST(BouncingBar, TaperedModesDoNotAskForALuckyNumber) {
-  // 16 and 18: a bending mode follows, which takes no part in an axial impact and must not end the fall (0.044 and 0.037 where it did)
+  // 16 and 18: a bending mode follows, which takes no part in an axial impact and must not end the fall (0.044 and 0.037 where it
+  // did)
   for (const Index axial : {16, 18}) EXPECT_LT(bounce(tapered_modes, axial, 2e-3, "exact", 1000, 0.25, 2).two, 0.01);
   double at_17 = 0;
   for (const Index axial : {15, 17, 18}) {

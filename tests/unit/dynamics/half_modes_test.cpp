@@ -15,7 +15,8 @@
 namespace cbr {
 namespace {
 
-Superelement reduced(Index modes, const std::string& basis, const std::string& pick = "frequency", const std::string& massless = "free") {
+Superelement reduced(Index modes, const std::string& basis, const std::string& pick = "frequency",
+                     const std::string& massless = "free") {
   const Mesh mesh = test::block_mesh({{4, 3, 2}, Vector3(1, 0.8, 0.7)});
   ReductionOptions options;
   options.interface_sets = {"x_max"};
