@@ -85,7 +85,11 @@ void write_headers(NetcdfWriter& file, const Sets& sets, const std::string& pref
 Index name_width(const Mesh& mesh) {
   std::size_t longest = 32;
   const auto see = [&](const auto& sets) {
-    for (const auto& set : sets) longest = std::max(longest, set.name.size());
+    for (const auto& set : sets) {
+      if (set.name.find('\0') != std::string::npos)
+        throw InputError("'" + set.name + "': Exodus ends a name at its first character of value 0: rename it, or write a .msh");
+      longest = std::max(longest, set.name.size());
+    }
   };
   see(mesh.blocks), see(mesh.sidesets), see(mesh.nodesets);
   return static_cast<Index>(longest) + 1;

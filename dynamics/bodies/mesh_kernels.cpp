@@ -9,7 +9,7 @@ namespace {
 
 // GCC's and Clang's vectors: wide enough for the widest set, split by the compiler where registers are narrower.
 using Lanes = double __attribute__((vector_size(64)));
-typedef double StoredLanes __attribute__((vector_size(64), aligned(8), may_alias));  // clang drops the alignment of a using
+typedef double StoredLanes __attribute__((vector_size(64), aligned(8), may_alias));  // clang drops the alignment of a using, and of auto
 static_assert(sizeof(Lanes) == SharedElements::lanes * sizeof(double));
 
 #define CBR_INLINE __attribute__((always_inline)) inline
@@ -60,7 +60,7 @@ CBR_INLINE void add_boxes(const SharedElements& shared, std::size_t first, std::
       double* to = f + c * f_stride + (batch.base - f_begin);
 #pragma GCC unroll 8
       for (int b = 0; b < 8; ++b) {
-        auto* at = reinterpret_cast<StoredLanes*>(to + pattern.offset[b]);
+        StoredLanes* at = reinterpret_cast<StoredLanes*>(to + pattern.offset[b]);
         *at = *at + x[c][b];
       }
     }
@@ -110,7 +110,7 @@ CBR_INLINE const StoredFour& four(const double* at) { return *reinterpret_cast<c
 
 // y += B^T u: the fourth number of y gets what nobody reads.
 CBR_INLINE void add_transposed(const double* block, const double* u, double* y) {
-  auto& to = *reinterpret_cast<StoredFour*>(y);
+  StoredFour& to = *reinterpret_cast<StoredFour*>(y);
   to = to + (four(block) * u[0] + four(block + 3) * u[1] + four(block + 6) * u[2]);
 }
 
