@@ -395,6 +395,5 @@ TEST(ModeTolerance, RefusesWhatIsNoShareAndTwoWishes) {
   two.tolerance = 0.1, two.modes = 3;
   EXPECT_THROW(reduced(mesh, two, MassKind::lumped), InputError);
 }
-
 }  // namespace
 }  // namespace cbr::test
