@@ -219,7 +219,8 @@ class Reducer {
                   const std::string& hash, const std::map<std::string, std::string>& provenance) {
     GroupFigures figures;
     SuperelementGroup group = reduce_domains(mesh, properties, component.mass, *component.reduction, settings_, report_, &figures);
-    summarise_domains(group, figures, report_);
+    summarise_domains(group, figures, residual_mass_share(group, component_interface(mesh, component.reduction->interface_sets)),
+                      report_);
     if (component.reduction->has_second_reduction()) {
       make_second(mesh, group, figures.n_dofs, component, hash, provenance);
       return;

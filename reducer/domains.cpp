@@ -5,9 +5,11 @@
 #include <atomic>
 #include <exception>
 #include <map>
+#include <set>
 
 #include "common/connected_parts.hpp"
 #include "common/error.hpp"
+#include "common/linalg/dense_factor.hpp"
 #include "common/parallel.hpp"
 #include "common/program.hpp"
 #include "reducer/decomposition.hpp"
@@ -190,6 +192,43 @@ std::vector<Index> component_interface(const Mesh& mesh, const std::vector<std::
   std::vector<Index> ids;
   for (const Index node : kept_nodes(mesh, number_nodes(mesh), sets)) ids.push_back(mesh.node_ids[static_cast<std::size_t>(node)]);
   return ids;
+}
+
+std::optional<Vector3> residual_mass_share(const SuperelementGroup& group, const std::vector<Index>& interface_ids, Index most) {
+  const JoinedNodes joined = join_nodes(group);
+  const std::set<Index> kept(interface_ids.begin(), interface_ids.end());
+  std::vector<Index> number(joined.node_ids.size(), -1);  // of nodes that are free to move
+  Index n = 0;
+  for (std::size_t i = 0; i < number.size(); ++i)
+    if (!kept.count(joined.node_ids[i])) number[i] = n++;
+  if (3 * n > most) return {};
+  Matrix S_bb = Matrix::Zero(3 * n, 3 * n), S_br = Matrix::Zero(3 * n, 3);
+  Vector3 whole = Vector3::Zero();  // r^T S_cc r
+  for (std::size_t d = 0; d < group.domains.size(); ++d) {
+    const Superelement& s = group.domains[d];
+    Matrix S = s.M_cc, R = Matrix::Zero(s.c(), 3);
+    if (s.k() > 0) S.noalias() -= s.M_kc.transpose() * s.M_kc;
+    std::vector<Index> rows, at;  // of S, of S_bb
+    for (Index i = 0; i < s.c(); ++i) {
+      const auto dof = static_cast<std::size_t>(i);
+      const Index free = number[static_cast<std::size_t>(joined.place[d][static_cast<std::size_t>(s.dof_node[dof])])];
+      if (free < 0) {
+        R(i, s.dof_component[dof]) = 1;
+      } else {
+        rows.push_back(i), at.push_back(3 * free + s.dof_component[dof]);
+      }
+    }
+    const Matrix S_R = S * R;
+    whole += (R.cwiseProduct(S_R)).colwise().sum().transpose();
+    S_br(at, Eigen::all) += S_R(rows, Eigen::all);
+    S_bb(at, at) += S(rows, rows);
+  }
+  if (n > 0) {
+    if (!dense_cholesky(S_bb)) return {};
+    S_bb.triangularView<Eigen::Lower>().solveInPlace(S_br);
+    whole -= S_br.colwise().squaredNorm().transpose();
+  }
+  return Vector3(whole / group.rigid_body.mass);
 }
 
 std::vector<Index> parts_of(const Mesh& mesh, const std::vector<Index>& node_ids) {

@@ -198,7 +198,7 @@ void summarise(const Superelement& s, const ReductionFigures& figures, const std
   say_file(file, s.has_diagonal_form(), !s.recovery.empty(), report);
 }
 
-void summarise_domains(const SuperelementGroup& group, const GroupFigures& f, Report& report) {
+void summarise_domains(const SuperelementGroup& group, const GroupFigures& f, const std::optional<Vector3>& rho, Report& report) {
   const auto of = [&](auto figure) { return range_text(f, figure); };
   report.line("  domains      " + std::to_string(f.domains.size()) + " of " +
               of([&](std::size_t d) { return f.domains[d].n_elements; }) + " elements, reduced in " + human_seconds(f.seconds) +
@@ -213,6 +213,7 @@ void summarise_domains(const SuperelementGroup& group, const GroupFigures& f, Re
   report.line("  joined       " + std::to_string(k) + " modes, " + std::to_string(c) + " dofs of nodes, " + std::to_string(k + c) +
               " reduced");
   say_missing_modes(group, f, report);
+  if (rho) say_residual_mass(*rho, {}, report);
   report.line(
       "  errors       of what the domains make together are not estimated, neither its frequencies nor its flat impacts: compare "
       "with "

@@ -71,6 +71,24 @@ class WholeComponent : public testing::TestWithParam<MassKind> {
 };
 INSTANTIATE_TEST_SUITE_P(Domains, WholeComponent, testing::Values(MassKind::lumped, MassKind::consistent));
 
+TEST_P(WholeComponent, LeavesTheMassOnItsInterfaceThatTheJoinedMassDoes) {
+  for (const auto& [name, mesh] : cases()) {
+    for (const Index modes : {Index{0}, Index{5}, all_modes}) {
+      const SuperelementGroup group = reduced(mesh, in_domains(2, modes), GetParam());
+      const Superelement whole = join(group);
+      const std::vector<Index> dofs = rows_of(whole, mesh, set_nodes(mesh, "x_min"));
+      const Matrix left = Matrix(reduced_mass(whole).partialPivLu().inverse()(dofs, dofs)).partialPivLu().inverse();
+      const std::optional<Vector3> rho = residual_mass_share(group, component_interface(mesh, {"x_min"}));
+      ASSERT_TRUE(rho) << name;
+      for (Index axis = 0; axis < 3; ++axis) {
+        const auto r = Eigen::seq(axis, Eigen::last, 3);
+        EXPECT_NEAR((*rho)(axis), left(r, r).sum() / group.rigid_body.mass, 1e-10) << name << modes;
+      }
+    }
+    EXPECT_FALSE(residual_mass_share(reduced(mesh, in_domains(2, 0), GetParam()), {}, 2)) << name;
+  }
+}
+
 TEST_P(WholeComponent, HasTheFullModelsFrequenciesAndCompliances) {
   for (const auto& [name, mesh] : cases()) {
     const FiniteElementModel model = assemble(mesh, properties(mesh, soft), GetParam());
