@@ -23,9 +23,9 @@ int main(int argc, char** argv) {
   app.add_option("SCENE", scene, "scene file (YAML); - reads standard input")->required();
   app.add_option("-o,--output", output, "results file (HDF5)")->required();
   app.add_option(
-      "--diagonal-limit", build.diagonal_limit,
-      "central-difference, newmark: superelements up to this many coordinates move in their diagonal form (default: those "
-      "whose file has it, and up to 1500)")
+         "--diagonal-limit", build.diagonal_limit,
+         "central-difference, newmark: superelements up to this many coordinates move in their diagonal form (default: those "
+         "whose file has it, and up to 1500)")
       ->check(cbr::whole_number("coordinates", 0));
   app.add_option("--restart", restart, "go on from this checkpoint of the same scene (output.checkpoint)")->type_name("FILE");
   bool check_error = false;

@@ -39,7 +39,8 @@ std::vector<Index> component_interface(const Mesh& mesh, const std::vector<std::
 // rho_res along x, y, z of what the domains make together: r^T S r / m, r a translation of `interface_ids` (mesh ids), S the mass
 // that they are left with when modes and the domains' other nodes are free to move (a Schur complement of the joined mass). A dense
 // factor of these nodes' dofs: none above `most` of them.
-std::optional<Vector3> residual_mass_share(const SuperelementGroup& group, const std::vector<Index>& interface_ids, Index most = 6000);
+std::optional<Vector3> residual_mass_share(const SuperelementGroup& group, const std::vector<Index>& interface_ids,
+                                           Index most = 6000);
 
 // Per node id the connected part of the mesh that it belongs to: connected_parts(), for add_diagonal_form().
 std::vector<Index> parts_of(const Mesh& mesh, const std::vector<Index>& node_ids);

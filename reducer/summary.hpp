@@ -17,7 +17,8 @@ void summarise(const Superelement& superelement, const ReductionFigures& figures
 
 // A decomposed component: what its domains are like, and the file of the group.
 // rho: residual_mass_share() of the group; none: not computed.
-void summarise_domains(const SuperelementGroup& group, const GroupFigures& figures, const std::optional<Vector3>& rho, Report& report);
+void summarise_domains(const SuperelementGroup& group, const GroupFigures& figures, const std::optional<Vector3>& rho,
+                       Report& report);
 void summarise_group(const SuperelementGroup& group, const std::filesystem::path& file, Report& report);
 
 }  // namespace cbr

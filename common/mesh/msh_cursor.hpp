@@ -42,7 +42,8 @@ struct MshCursor {
     T value{};
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     const auto length = static_cast<std::size_t>(end - text.data());
-    if (error == std::errc::result_out_of_range) fail("the number '" + std::string(text.substr(0, std::min<std::size_t>(length, 30))) + "' is out of range");
+    if (error == std::errc::result_out_of_range)
+      fail("the number '" + std::string(text.substr(0, std::min<std::size_t>(length, 30))) + "' is out of range");
     if (error != std::errc() || (length < text.size() && blanks.find(text[length]) == std::string_view::npos))
       fail("a number should stand where '" + std::string(text.substr(0, std::min<std::size_t>(text.find_first_of(blanks), 20))) +
            "' stands");

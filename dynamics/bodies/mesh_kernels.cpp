@@ -9,7 +9,8 @@ namespace {
 
 // GCC's and Clang's vectors: wide enough for the widest set, split by the compiler where registers are narrower.
 using Lanes = double __attribute__((vector_size(64)));
-typedef double StoredLanes __attribute__((vector_size(64), aligned(8), may_alias));  // clang drops the alignment of a using, and of auto
+typedef double StoredLanes
+    __attribute__((vector_size(64), aligned(8), may_alias));  // clang drops the alignment of a using, and of auto
 static_assert(sizeof(Lanes) == SharedElements::lanes * sizeof(double));
 
 #define CBR_INLINE __attribute__((always_inline)) inline

@@ -14,7 +14,8 @@ namespace {
 
 constexpr int width = 4, lanes = 8;
 using Lanes = double __attribute__((vector_size(8 * lanes)));
-typedef double StoredLanes __attribute__((vector_size(8 * lanes), aligned(8), may_alias));  // clang drops the alignment of a using, and of auto
+typedef double StoredLanes
+    __attribute__((vector_size(8 * lanes), aligned(8), may_alias));  // clang drops the alignment of a using, and of auto
 // Pointers: behind a reference Clang forgets that the numbers are not aligned.
 const StoredLanes* at(const double* x) { return reinterpret_cast<const StoredLanes*>(x); }
 StoredLanes* at(double* x) { return reinterpret_cast<StoredLanes*>(x); }

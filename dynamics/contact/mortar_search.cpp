@@ -111,10 +111,11 @@ bool share_a_node(const IndexTable& faces, Index f, Index g) {
   return false;
 }
 
-// Whether the last search saw the faces, or the slave face and a neighbour of the master face that looks the same way: they have come
-// together from the front, however deep they are now. A coarse face beside one that bends away is deep in parts long before the mean
-// over a node's faces closes; left out until then, it would be pushed out in one step.
-bool were_near(const MortarStep& step, const PairMemory& memory, Index slave_face, Index master_face, const Vector3& master_normal) {
+// Whether the last search saw the faces, or the slave face and a neighbour of the master face that looks the same way: they have
+// come together from the front, however deep they are now. A coarse face beside one that bends away is deep in parts long before
+// the mean over a node's faces closes; left out until then, it would be pushed out in one step.
+bool were_near(const MortarStep& step, const PairMemory& memory, Index slave_face, Index master_face,
+               const Vector3& master_normal) {
   const auto n = static_cast<Index>(memory.near.size() / 2);
   Index first = 0, last = n;
   while (first < last) {

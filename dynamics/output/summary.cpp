@@ -196,9 +196,10 @@ void energy_warning(const BuiltScene& built, const RunResult& result, Report& re
   if (!(brought > std::max(0.01 * scale, round_off_energy(built)))) return;
   std::ostringstream warning;
   warning.precision(3);
-  warning << "contact brought energy: up to " << brought << " of " << scale
-          << ": try a smaller step; where it does not bring less, nodes were pushed out of faces that they were deep in: look at the "
-             "surfaces";
+  warning
+      << "contact brought energy: up to " << brought << " of " << scale
+      << ": try a smaller step; where it does not bring less, nodes were pushed out of faces that they were deep in: look at the "
+         "surfaces";
   report.warning(warning.str());
 }
 

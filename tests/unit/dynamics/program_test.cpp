@@ -247,7 +247,8 @@ TEST_F(Program, PairsThatMemoryCannotHoldAreRefused) {
     require_memory_for_pairs(2e8, 24e9, all);
     FAIL() << "no error";
   } catch (const InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("a.yaml:7: contact: all makes 2e+08 pairs, which take 60.0 GB or more, the machine has 24.0 GB"),
+    EXPECT_NE(std::string(error.what())
+                  .find("a.yaml:7: contact: all makes 2e+08 pairs, which take 60.0 GB or more, the machine has 24.0 GB"),
               std::string::npos)
         << error.what();
   }

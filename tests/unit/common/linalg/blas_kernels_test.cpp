@@ -10,7 +10,8 @@ TEST(BlasKernels, OnlyAFallbackIsBettered) {
   EXPECT_EQ(better_kernels("Prescott", true, true), "SkylakeX");
   EXPECT_EQ(better_kernels("Prescott", true, false), "Haswell");
   EXPECT_EQ(better_kernels("Prescott", false, false), "");  // a processor of 2004
-  for (const char* known : {"Haswell", "Zen", "SkylakeX", "Sandybridge", "armv8", ""}) EXPECT_EQ(better_kernels(known, true, true), "");
+  for (const char* known : {"Haswell", "Zen", "SkylakeX", "Sandybridge", "armv8", ""})
+    EXPECT_EQ(better_kernels(known, true, true), "");
 }
 
 }  // namespace
