@@ -11,6 +11,7 @@
 #include "dynamics/output/checkpoint.hpp"
 #include "dynamics/output/output_names.hpp"
 #include "dynamics/program.hpp"
+#include "dynamics/setup/contact_setup.hpp"
 #include "tests/formats/temporary_folder.hpp"
 #include "tests/unit/dynamics/bricks.hpp"
 
@@ -84,6 +85,36 @@ TEST_F(ProgramFiles, ResultsReplaceNoOtherFile) {
   std::ofstream(in("r.h5"), std::ios::trunc).flush();
   run("");  // over an empty one, as mktemp makes it
   run("");  // its own, again
+}
+
+TEST(ContactSetup, PairsThatMemoryCannotHoldAreRefused) {
+  ContactOptions all;
+  all.source = {"a.yaml", 7};
+  EXPECT_NO_THROW(require_memory_for_pairs(1e6, 1e9, all));
+  try {
+    require_memory_for_pairs(2e8, 24e9, all);
+    FAIL() << "no error";
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what())
+                  .find("a.yaml:7: contact: all makes 2e+08 pairs, which take 60.0 GB or more, the machine has 24.0 GB"),
+              std::string::npos)
+        << error.what();
+  }
+}
+
+TEST_F(ProgramFiles, SaysWhenPositionsAreTooFarOutToTellGaps) {
+  const auto said = [&](const std::string& distance) {
+    std::string text = test::bytes_of(scene(""));
+    const std::string velocity = "velocity: [0.3, 0, 0]";
+    text.replace(text.find(velocity), velocity.size(), velocity + ", position: [0, " + distance + ", 0]");
+    std::ofstream(in("far.yaml")) << text;
+    testing::internal::CaptureStderr();
+    Report report("test", Verbosity::quiet);
+    run_scene(in("far.yaml").string(), in("r.h5"), report);
+    return testing::internal::GetCapturedStderr();
+  };
+  EXPECT_EQ(said("1.0e6").find("from the origin"), std::string::npos);
+  EXPECT_NE(said("1.0e12").find("instance 'a' is 1 across and lies 1e+12 from the origin"), std::string::npos);
 }
 
 TEST_F(ProgramFiles, FieldsReplaceFieldsAlone) {

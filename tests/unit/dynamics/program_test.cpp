@@ -15,7 +15,6 @@
 #include "common/error.hpp"
 #include "common/hdf5_file.hpp"
 #include "dynamics/output/results.hpp"
-#include "dynamics/setup/contact_setup.hpp"
 #include "reducer/diagonal_form.hpp"
 #include "tests/unit/dynamics/bricks.hpp"
 
@@ -237,40 +236,6 @@ TEST_F(Program, OutputsThatMemoryCannotHoldAreRefusedBeforeTheRun) {
     for (const char* part : {"scene.yaml:", "output.every: 13 outputs of 57 numbers", "5.9 kB", "593 B", "give output.every"})
       EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
   }
-}
-
-TEST_F(Program, PairsThatMemoryCannotHoldAreRefused) {
-  ContactOptions all;
-  all.source = {"a.yaml", 7};
-  EXPECT_NO_THROW(require_memory_for_pairs(1e6, 1e9, all));
-  try {
-    require_memory_for_pairs(2e8, 24e9, all);
-    FAIL() << "no error";
-  } catch (const InputError& error) {
-    EXPECT_NE(std::string(error.what())
-                  .find("a.yaml:7: contact: all makes 2e+08 pairs, which take 60.0 GB or more, the machine has 24.0 GB"),
-              std::string::npos)
-        << error.what();
-  }
-}
-
-TEST_F(Program, SaysWhenPositionsAreTooFarOutToTellGaps) {
-  const auto said = [&](const std::string& distance) {
-    const std::string file = scene("mesh");
-    std::string text;
-    {
-      std::ifstream in(file);
-      text.assign(std::istreambuf_iterator<char>(in), {});
-    }
-    text.replace(text.find("velocity: [0.3, 0, 0]"), 21, "velocity: [0.3, 0, 0], position: [0, " + distance + ", 0]");
-    text.replace(text.find("position: [2.01, 0, 0]"), 22, "position: [2.01, " + distance + ", 0]");
-    std::ofstream(file) << text;
-    testing::internal::CaptureStderr();
-    run(file);
-    return testing::internal::GetCapturedStderr();
-  };
-  EXPECT_EQ(said("1.0e6").find("from the origin"), std::string::npos);
-  EXPECT_NE(said("1.0e12").find("instance 'left' is 1 across and lies 1e+12 from the origin"), std::string::npos);
 }
 
 TEST_F(Program, RefusesWhatCannotBe) {
