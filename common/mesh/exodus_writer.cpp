@@ -87,7 +87,8 @@ Index name_width(const Mesh& mesh) {
   const auto see = [&](const auto& sets) {
     for (const auto& set : sets) {
       if (set.name.find('\0') != std::string::npos)
-        throw InputError("'" + set.name + "': Exodus ends a name at its first character of value 0: rename it, or write a .msh");
+        throw InputError("'" + std::string(set.name.c_str()) +
+                         "...': Exodus ends a name at its first character of value 0: rename it, or write a .msh");
       longest = std::max(longest, set.name.size());
     }
   };
