@@ -178,9 +178,15 @@ bool moves_freely_in_diagonal_form(const SceneIndex& index, const Component& com
   });
 }
 
-void tell_accuracy(const Superelement::Accuracy& a, Report& report) {
-  report.detail(format_text("rho_res x %.4f  y %.4f  z %.4f", a.rho_res(0), a.rho_res(1), a.rho_res(2)) +
-                (a.covered_hz > 0 ? format_text("; free modes up to %.6g Hz are right to 1 %% (estimated)", a.covered_hz) : ""));
+void tell_accuracy(const Superelement& s, Report& report) {
+  const Superelement::Accuracy& a = *s.accuracy;
+  const bool fixed = s.massless.modes == "fixed", exact = s.is_massless() && !fixed;
+  std::string text = exact ? "rho_res 0, the interface has no mass"
+                           : format_text("rho_res x %.4f  y %.4f  z %.4f", a.rho_res(0), a.rho_res(1), a.rho_res(2));
+  if (fixed) text += ", given to the modes";
+  if (a.covered_hz > 0)
+    text += format_text("; free modes up to %.6g Hz are ", a.covered_hz) + (exact ? "exact" : "right to 1 % (estimated)");
+  report.detail(text);
 }
 
 // What the reduction knew of its conditioning and errors holds for every run: as cbr-reduce told it.
@@ -197,7 +203,7 @@ void tell_conditioning(const Component& component, const ReducedComponent& reduc
     const Superelement& s = *reduced.parts[d].superelement;
     tell(s.conditioning, n > 1 ? "domain " + std::to_string(d + 1) + " of " + std::to_string(n) + ": " : "", n > 1);
     report.about(about);
-    if (n == 1 && s.accuracy) tell_accuracy(*s.accuracy, report);
+    if (n == 1 && s.accuracy) tell_accuracy(s, report);
   }
   tell(reduced.conditioning, "the domains together: ", false);
   report.about(before);
