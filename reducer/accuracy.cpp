@@ -324,7 +324,12 @@ void judge_eigenvalues(const Vector& lambda, const FreeEigenvalues& estimates, S
   double worst = 0;
   for (Index j = 0; j < n; ++j) {
     const double above = 1 - estimates.full(j) / lambda(j), below = estimates.with_basis(j) / lambda(j) - 1;
-    list.emplace_back(lambda(j), lambda(j) > 0 ? std::max({0.0, above, below}) : HUGE_VAL);
+    const double error = std::max({0.0, above, below});
+    if (!(lambda(j) > 0) || !std::isfinite(error)) {  // a mechanism, or round-off where something is very thin: nothing is known
+      if (j < n_free_modes_of_tolerance) worst = HUGE_VAL;
+      break;
+    }
+    list.emplace_back(lambda(j), error);
     if (j < n_free_modes_of_tolerance) worst = std::max(worst, list.back().second);
   }
   a.covered_hz = 0, a.worst_of_ten.reset();
