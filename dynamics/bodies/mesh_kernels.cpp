@@ -9,8 +9,10 @@ namespace {
 
 // GCC's and Clang's vectors: wide enough for the widest set, split by the compiler where registers are narrower.
 using Lanes = double __attribute__((vector_size(64)));
-typedef double StoredLanes
-    __attribute__((vector_size(64), aligned(8), may_alias));  // clang drops the alignment of a using, and of auto
+// Packed: of a vector type that is only said to be unaligned Clang forgets it on the way.
+struct __attribute__((packed, aligned(8), may_alias)) StoredLanes {
+  Lanes v;
+};
 static_assert(sizeof(Lanes) == SharedElements::lanes * sizeof(double));
 
 #define CBR_INLINE __attribute__((always_inline)) inline
@@ -37,7 +39,7 @@ CBR_INLINE void add_boxes(const SharedElements& shared, std::size_t first, std::
     for (int c = 0; c < 3; ++c) {
       const double* from = u + c * u_stride + batch.base;
 #pragma GCC unroll 8
-      for (int b = 0; b < 8; ++b) x[c][b] = *reinterpret_cast<const StoredLanes*>(from + pattern.offset[b]);
+      for (int b = 0; b < 8; ++b) x[c][b] = reinterpret_cast<const StoredLanes*>(from + pattern.offset[b])->v;
       walsh(x[c]);
     }
 #pragma GCC unroll 8
@@ -62,7 +64,7 @@ CBR_INLINE void add_boxes(const SharedElements& shared, std::size_t first, std::
 #pragma GCC unroll 8
       for (int b = 0; b < 8; ++b) {
         StoredLanes* at = reinterpret_cast<StoredLanes*>(to + pattern.offset[b]);
-        *at = *at + x[c][b];
+        at->v = at->v + x[c][b];
       }
     }
   }
@@ -88,7 +90,11 @@ CBR_INLINE void leap(const LeapfrogSpan& span, Index n, double s, double h) {
 }
 
 using Four = double __attribute__((vector_size(32)));
-typedef double StoredFour __attribute__((vector_size(32), aligned(8), may_alias));
+struct __attribute__((packed, aligned(8), may_alias)) StoredFour {
+  Four v;
+};
+
+CBR_INLINE const StoredFour* four(const double* at) { return reinterpret_cast<const StoredFour*>(at); }
 
 CBR_INLINE void block_rows(const BlockMatrix& A, const double* x, Index begin, Index end, double* y) {
   const double* values = A.values.data();
@@ -98,21 +104,19 @@ CBR_INLINE void block_rows(const BlockMatrix& A, const double* x, Index begin, I
     for (std::int64_t b = A.first[i]; b < A.first[i + 1]; ++b) {
       const double* block = values + 9 * b;
       const double* u = x + 3 * static_cast<Index>(column[b]);
-      y0 += *reinterpret_cast<const StoredFour*>(block) * u[0];
-      y1 += *reinterpret_cast<const StoredFour*>(block + 3) * u[1];
-      y2 += *reinterpret_cast<const StoredFour*>(block + 6) * u[2];
+      y0 += four(block)->v * u[0];
+      y1 += four(block + 3)->v * u[1];
+      y2 += four(block + 6)->v * u[2];
     }
     y0 += y1 + y2;
     y[0] = y0[0], y[1] = y0[1], y[2] = y0[2];
   }
 }
 
-CBR_INLINE const StoredFour& four(const double* at) { return *reinterpret_cast<const StoredFour*>(at); }
-
 // y += B^T u: the fourth number of y gets what nobody reads.
 CBR_INLINE void add_transposed(const double* block, const double* u, double* y) {
   StoredFour& to = *reinterpret_cast<StoredFour*>(y);
-  to = to + (four(block) * u[0] + four(block + 3) * u[1] + four(block + 6) * u[2]);
+  to.v = to.v + (four(block)->v * u[0] + four(block + 3)->v * u[1] + four(block + 6)->v * u[2]);
 }
 
 CBR_INLINE void symmetric_rows(const SymmetricBlockMatrix& A, const double* x, Index begin, Index end, double* y, Index y_begin,
@@ -123,15 +127,15 @@ CBR_INLINE void symmetric_rows(const SymmetricBlockMatrix& A, const double* x, I
     std::int64_t b = A.first[i];
     const double own[3] = {x[4 * i], x[4 * i + 1], x[4 * i + 2]};
     // Sums over the three rows of the blocks, of four columns each; the fourth is the next row's, times zero
-    Four u = four(x + 4 * i);
-    Four s0 = four(values + 9 * b) * u, s1 = four(values + 9 * b + 3) * u, s2 = four(values + 9 * b + 6) * u;
+    Four u = four(x + 4 * i)->v;
+    Four s0 = four(values + 9 * b)->v * u, s1 = four(values + 9 * b + 3)->v * u, s2 = four(values + 9 * b + 6)->v * u;
     for (++b; b < A.first[i + 1]; ++b) {
       const double* block = values + 9 * b;
       const Index j = column[b];
-      u = four(x + 4 * j);
-      s0 += four(block) * u;
-      s1 += four(block + 3) * u;
-      s2 += four(block + 6) * u;
+      u = four(x + 4 * j)->v;
+      s0 += four(block)->v * u;
+      s1 += four(block + 3)->v * u;
+      s2 += four(block + 6)->v * u;
       add_transposed(block, own, y + 4 * (j - y_begin));
     }
     double* row = y + 4 * (i - y_begin);
@@ -139,7 +143,7 @@ CBR_INLINE void symmetric_rows(const SymmetricBlockMatrix& A, const double* x, I
     to[0] = row[0] + ((s0[0] + s0[1]) + s0[2]);
     to[stride] = row[1] + ((s1[0] + s1[1]) + s1[2]);
     to[2 * stride] = row[2] + ((s2[0] + s2[1]) + s2[2]);
-    *reinterpret_cast<StoredFour*>(row) = Four{};
+    reinterpret_cast<StoredFour*>(row)->v = Four{};
   }
 }
 

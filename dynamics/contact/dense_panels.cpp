@@ -14,9 +14,10 @@ namespace {
 
 constexpr int width = 4, lanes = 8;
 using Lanes = double __attribute__((vector_size(8 * lanes)));
-typedef double StoredLanes
-    __attribute__((vector_size(8 * lanes), aligned(8), may_alias));  // clang drops the alignment of a using, and of auto
-// Pointers: behind a reference Clang forgets that the numbers are not aligned.
+// Packed: of a vector type that is only said to be unaligned Clang forgets it on the way.
+struct __attribute__((packed, aligned(8), may_alias)) StoredLanes {
+  Lanes v;
+};
 const StoredLanes* at(const double* x) { return reinterpret_cast<const StoredLanes*>(x); }
 StoredLanes* at(double* x) { return reinterpret_cast<StoredLanes*>(x); }
 
@@ -32,12 +33,12 @@ void add_panel(const Columns<P>& column, Index begin, Index end, const double (&
   Index i = begin;
   for (; i + lanes <= end; i += lanes) {
     Lanes sum[K];
-    for (int k = 0; k < K; ++k) sum[k] = *at(y[k] + i);
+    for (int k = 0; k < K; ++k) sum[k] = at(y[k] + i)->v;
     for (int c = 0; c < P; ++c) {
-      const Lanes s = *at(column[c] + i);
+      const Lanes s = at(column[c] + i)->v;
       for (int k = 0; k < K; ++k) sum[k] += s * factor[k][c];
     }
-    for (int k = 0; k < K; ++k) *at(y[k] + i) = sum[k];
+    for (int k = 0; k < K; ++k) at(y[k] + i)->v = sum[k];
   }
   for (; i < end; ++i)
     for (int k = 0; k < K; ++k)
@@ -50,7 +51,7 @@ std::array<double, P> dot_panel(const Columns<P>& column, Index begin, Index end
   Lanes sums[P] = {};
   Index i = begin;
   for (; i + lanes <= end; i += lanes)
-    for (int c = 0; c < P; ++c) sums[c] += *at(column[c] + i) * *at(y + i);
+    for (int c = 0; c < P; ++c) sums[c] += at(column[c] + i)->v * at(y + i)->v;
   std::array<double, P> dot{};
   for (int c = 0; c < P; ++c) {
     for (int lane = 0; lane < lanes; ++lane) dot[c] += sums[c][lane];
