@@ -92,6 +92,7 @@ fuzz: packages
 	tests/fuzz/run.sh build-fuzz $(MINUTES) $(TARGETS)
 
 # The kernels of 2004, with which OpenBLAS runs where it does not know the processor, read vectors beyond their end (dsymv)
+# The kernels: as in tests/fuzz/run.sh
 sanitize: packages
 	cmake --preset debug
 	cmake --build --preset debug --parallel $(JOBS)

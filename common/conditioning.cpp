@@ -41,6 +41,7 @@ void report_conditioning(const Conditioning& c, Report& report, bool of_domain) 
                 (c.counts.empty() ? "no inertia counted" : "inertia counts " + c.counts));
   report.detail("rigid motions: forces of K " + known(c.rigid) + ", of the reduced K " + known(c.reduced_rigid));
   if (of_domain) return;
+  if (c.rho_res) report.detail(format_text("rho_res x %.4f  y %.4f  z %.4f", (*c.rho_res)(0), (*c.rho_res)(1), (*c.rho_res)(2)));
   if (c.knows_frequencies() && !(c.largest_omega > 0)) {
     report.detail(format_text("reduced frequencies: all %lld are 0", static_cast<long long>(c.n_zero)));
   } else if (c.knows_frequencies()) {

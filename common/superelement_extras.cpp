@@ -120,6 +120,7 @@ void write_conditioning(Hdf5Writer& file, const std::string& prefix, const std::
   each_word(*c, [&](const std::string& name, const std::string& text) {
     if (!text.empty()) file.attribute(group, name, text);
   });
+  if (c->rho_res) file.write(group + "/rho_res", Vector(*c->rho_res));
   if (!c->knows_frequencies()) return;
   file.attribute(group, "n_zero", c->n_zero);
   file.attribute(group, "n_rigid", c->n_rigid);
@@ -138,6 +139,7 @@ std::optional<Conditioning> read_conditioning(const Hdf5Reader& file, const std:
   each_word(c, [&](const std::string& name, std::string& text) {
     if (file.has_attribute(group, name)) text = file.read_string(group, name);
   });
+  if (file.has(group + "/rho_res")) c.rho_res = read_vector3(file, group + "/rho_res");
   if (!c.knows_frequencies()) return c;
   c.n_zero = file.read_index(group, "n_zero");
   c.n_rigid = file.read_index(group, "n_rigid");
@@ -153,6 +155,7 @@ void check_conditioning(const std::optional<Conditioning>& c, Index n, const std
     require(std::isnan(value) || is_possible(value, least), name,
             number_text(value) + " found, expected at least " + number_text(least));
   });
+  require(!c->rho_res || c->rho_res->allFinite(), "rho_res", "not finite");
   if (!c->knows_frequencies()) return;
   require(c->n_zero >= 0 && c->n_zero <= n, "attribute 'n_zero'",
           std::to_string(c->n_zero) + " found, there are " + std::to_string(n) + " coordinates");

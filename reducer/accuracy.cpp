@@ -172,9 +172,8 @@ namespace {
 
 // Of the free component's lowest elastic modes: eigenvalues, and by what share of themselves they are too high.
 struct Estimates {
-  std::vector<std::pair<double, double>> list;
-  std::vector<std::pair<double, double>>
-      trusted_list;         // those of them that are far enough below the part's first missing held mode
+  using List = std::vector<std::pair<double, double>>;
+  List list, trusted_list;  // trusted: far enough below the part's first held mode that is missing
   double worst_of_ten = 0;  // error, of the ten lowest of each part
 
   // lowest: eigenvalue of that mode

@@ -49,9 +49,15 @@ std::string of_surfaces(const Superelement& s, const char* pattern, Figure figur
 // Hz, of a frequency whose square is off by `error` of itself: too high, or the other way round.
 double percent(double error) { return 100 * (error < 1 ? 1 - std::sqrt(1 - error) : std::sqrt(1 + error) - 1); }
 
-void say_estimates(const Superelement::Accuracy& a, Report& report) {
+void say_estimates(const Superelement& s, Report& report) {
+  const Superelement::Accuracy& a = *s.accuracy;
   const Index m = a.frequency_hz.size();
-  if (!a.worst_of_ten) return report.line("  free modes   not estimated, as that takes the diagonal form (--diagonal-limit)");
+  if (!s.has_interface_matrices() && !(s.eigenvalues.array() > 0).any())
+    return report.line("  free modes   none but the rigid ones is kept");
+  if (!a.worst_of_ten)
+    return report.line(
+        "  free modes   not estimated, as that takes the diagonal form (--diagonal-limit), and stiffness against all "
+        "that is not rigid");
   const std::string ten = format_text("; of the ten lowest the worst to %.2g %%", percent(*a.worst_of_ten));
   if (m == 0)
     return report.line("  free modes   not known: the lowest is above the first held mode that is missing" + ten + " (estimated)");
@@ -94,7 +100,7 @@ void say_accuracy(const Superelement& s, Report& report) {
   report.detail(format_text("left out along x %.2e  y %.2e  z %.2e, about x %.2e  y %.2e  z %.2e", a.strain_left_out(0),
                             a.strain_left_out(1), a.strain_left_out(2), a.strain_left_out(3), a.strain_left_out(4),
                             a.strain_left_out(5)));
-  say_estimates(a, report);
+  say_estimates(s, report);
   if (a.complete_hz > 0)
     report.line(format_text("  held modes   none is missing below %.6g Hz, the interface held", a.complete_hz));
 }

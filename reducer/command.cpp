@@ -219,12 +219,14 @@ class Reducer {
                   const std::string& hash, const std::map<std::string, std::string>& provenance) {
     GroupFigures figures;
     SuperelementGroup group = reduce_domains(mesh, properties, component.mass, *component.reduction, settings_, report_, &figures);
-    summarise_domains(group, figures, residual_mass_share(group, component_interface(mesh, component.reduction->interface_sets)),
-                      report_);
+    const std::optional<Vector3> rho = residual_mass_share(group, component_interface(mesh, component.reduction->interface_sets));
+    summarise_domains(group, figures, rho, report_);
     if (component.reduction->has_second_reduction()) {
       make_second(mesh, group, figures.n_dofs, component, hash, provenance);
       return;
     }
+    if (rho && !group.conditioning) group.conditioning.emplace();
+    if (rho) group.conditioning->rho_res = rho;
     group.content_hash = hash;
     group.provenance = provenance;
     for (auto& domain : group.domains) domain.content_hash = hash;
@@ -256,6 +258,7 @@ class Reducer {
     warn_of_conditioning(figures.condition, report_);
     report_.about(about);
     s.conditioning = figures.condition;
+    s.conditioning->rho_res = residual_mass_share(s);
     finish(std::move(s), figures, component, hash, provenance);
   }
 

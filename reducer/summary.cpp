@@ -215,9 +215,8 @@ void summarise_domains(const SuperelementGroup& group, const GroupFigures& f, co
   say_missing_modes(group, f, report);
   if (rho) say_residual_mass(*rho, {}, report);
   report.line(
-      "  errors       of what the domains make together are not estimated, neither its frequencies nor its flat impacts: compare "
-      "with "
-      "twice the modes, or with domains: 1; rigid motion and answers to constant forces on the interface are exact");
+      "  errors       of what the domains make together are not estimated, neither its frequencies nor its flat impacts: "
+      "compare with twice the modes, or with domains: 1; rigid motion and answers to constant forces on the interface are exact");
   for (std::size_t d = 0; d < f.domains.size(); ++d) {
     report.detail(format_text("domain %zu: %lld elements, %lld interior dofs, c %lld, k %lld, factor %.3g non-zeros, ", d + 1,
                               static_cast<long long>(f.domains[d].n_elements),

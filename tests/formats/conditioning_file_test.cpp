@@ -82,7 +82,7 @@ TEST(ConditioningFile, whatIsNotKnownIsNotThere) {
   EXPECT_TRUE(std::isinf(c.mass.scaled));
   for (const double value : {c.K_II.plain, c.K_II.scaled, c.smallest_pivot, c.mass.plain, c.rigid, c.reduced_rigid, c.softest})
     EXPECT_TRUE(std::isnan(value)) << value;
-  EXPECT_FALSE(c.knows_modes() || c.knows_frequencies());
+  EXPECT_FALSE(c.knows_modes() || c.knows_frequencies() || c.rho_res);
   EXPECT_EQ(words(c), std::vector<std::string>(4));
   write_superelement(test::sample_superelement(), folder / "none.h5");
   EXPECT_FALSE(read_superelement(folder / "none.h5").conditioning);
@@ -94,12 +94,14 @@ TEST(ConditioningFile, groupsAndTheirDomainsHaveTheirOwn) {
   write_superelement_group(group, folder / "none.h5");
   EXPECT_FALSE(read_superelement_group(folder / "none.h5").conditioning);
   group.conditioning = all_known();
+  group.conditioning->rho_res = Vector3(0.25, 0.5, 0.125);
   group.domains[1].conditioning.emplace().rigid = 1e-15;
   write_superelement_group(group, folder / "g.h5");
-  EXPECT_EQ(Hdf5Reader(folder / "g.h5").read_string("/", "format_version"), "1.1");
+  EXPECT_EQ(Hdf5Reader(folder / "g.h5").read_string("/", "format_version"), "1.2");
   const SuperelementGroup read = read_superelement_group(folder / "g.h5");
   ASSERT_TRUE(read.conditioning && read.domains[1].conditioning);
   EXPECT_EQ(figures(*read.conditioning), figures(all_known()));
+  EXPECT_EQ(read.conditioning->rho_res, Vector3(0.25, 0.5, 0.125));
   EXPECT_EQ(read.domains[1].conditioning->rigid, 1e-15);
   EXPECT_FALSE(read.domains[0].conditioning);
 }
@@ -155,6 +157,8 @@ TEST_F(DamagedConditioning, everyFigureIsRefusedByName) {
     expect_refused(name, is_condition_number ? 0.5 : inf);
   }
   expect_refused("lowest_omega", 701.0);
+  expect_refused("rho_res", Vector(Vector3(0.1, nan, 0.1)));
+  expect_refused("rho_res", Vector(Vector::Ones(2)));
 }
 
 TEST_F(DamagedConditioning, countsOfFrequenciesAreThoseOfTheCoordinates) {

@@ -135,3 +135,17 @@ def hinge(folder):
 @row(CHAPTER, "No mode kept: the mass left on the interface")
 def residual_mass(folder):
     return tells(folder.superelement(box((4, 4, 4)), ["x_min"], 0), "rho_res", "modes")
+
+
+@row(CHAPTER, "rho_res of one superelement, of domains together, of a second reduction: as cbr-reduce printed it, and cbr-dyn --verbose again")
+def told_again(folder):
+    answers, mesh = [], folder.mesh(box((4, 4, 6)))
+    for name, more in {"one": {}, "2 domains": {"domains": 2}, "a second reduction": {"domains": 2, "second_reduction": {"modes": 6}}}.items():
+        scene = block_scene(mesh, ["z_min"], 6)
+        scene["components"]["block"]["reduction"].update(more)
+        scene |= {"time": {"end": 0.1, "step": {"cfl": 0.5}}, "output": {"every": 0.1}}
+        first, again = folder.reduce(scene).done(), folder.dyn(scene, "--verbose", reduce=False).done()
+        found = [re.findall(r"rho_res +x (\S+) +y (\S+) +z ([0-9.]+)", ran.text) for ran in (first, again)]
+        text = [" ".join(f[-1]) if f else "missing" for f in found]  # a second reduction stands after the first
+        answers.append((name, *holds("; ".join(text), "the same", text[0] == text[1] != "missing")))
+    return answers

@@ -69,7 +69,8 @@ class WholeComponent : public testing::TestWithParam<MassKind> {
             {"comb", comb_mesh(4, 4)}};
   }
 };
-INSTANTIATE_TEST_SUITE_P(Domains, WholeComponent, testing::Values(MassKind::lumped, MassKind::consistent));
+INSTANTIATE_TEST_SUITE_P(Domains, WholeComponent, testing::Values(MassKind::lumped, MassKind::consistent),
+                         [](const auto& mass) { return mass.param == MassKind::lumped ? "lumped" : "consistent"; });
 
 TEST_P(WholeComponent, LeavesTheMassOnItsInterfaceThatTheJoinedMassDoes) {
   for (const auto& [name, mesh] : cases()) {

@@ -319,6 +319,8 @@ TEST_F(Program, DomainsMakeAGroup) {
   const SuperelementGroup group = read_superelement_group(file);
   EXPECT_EQ(group.domains.size(), 3u);
   EXPECT_TRUE(group.has_diagonal_form());
+  ASSERT_TRUE(group.conditioning && group.conditioning->rho_res);
+  EXPECT_GT(group.conditioning->rho_res->minCoeff(), 0);
   EXPECT_EQ(group.provenance.at("domains"), "3");
   EXPECT_FALSE(group.content_hash.empty());
   EXPECT_EQ(read_content_hash(file), group.content_hash);
@@ -338,6 +340,8 @@ TEST_F(Program, ASecondReductionMakesOneSuperelement) {
   EXPECT_EQ(s.k(), 8);
   EXPECT_TRUE(s.has_diagonal_form());
   EXPECT_EQ(s.provenance.at("second_modes"), "8");
+  ASSERT_TRUE(s.conditioning && s.conditioning->rho_res);
+  EXPECT_EQ(*s.conditioning->rho_res, residual_mass_share(s));
   const auto written = fs::last_write_time(path("box.cbr.h5"));
   run({file});
   EXPECT_EQ(fs::last_write_time(path("box.cbr.h5")), written);
