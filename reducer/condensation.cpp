@@ -273,6 +273,8 @@ class Condenser {
   // M_cc += Y^T Psi, or S^T S, on one triangle   (c x c)
   void multiply() {
     const Index c = p_.n_interface();
+    const double flops = static_cast<double>(p_.n_interior()) * static_cast<double>(c) * static_cast<double>(c);
+    const BlasForWork blas(flops);
     if (p_.lumped) {
       result_.M_cc.selfadjointView<Eigen::Upper>().rankUpdate(S_);
     } else {
@@ -282,7 +284,7 @@ class Condenser {
         result_.M_cc.block(0, j, j + columns, columns).noalias() += Y_.topRows(j + columns) * S_.middleRows(j, columns).transpose();
       }
     }
-    result_.product_flops += static_cast<double>(p_.n_interior()) * static_cast<double>(c) * static_cast<double>(c);
+    result_.product_flops += flops;
     S_.resize(0, 0);
     Y_.resize(0, 0);
   }

@@ -10,6 +10,7 @@
 
 #include "common/error.hpp"
 #include "common/format_text.hpp"
+#include "common/linalg/blas_threads.hpp"
 
 namespace cbr {
 namespace {
@@ -95,6 +96,7 @@ double inverse_norm(Index n, const std::function<void(Vector&)>& solve) {
 }
 
 ConditionNumbers condition_numbers(const SparseMatrix& A, const SparseCholesky& factor) {
+  const SingleThreadedBlas blas;  // solves of one vector: memory is the limit
   const Index n = A.rows();
   if (n == 0) return {};
   const Vector diagonal = A.diagonal(), D = diagonal.cwiseSqrt().cwiseInverse();

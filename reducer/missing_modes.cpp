@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/linalg/blas_threads.hpp"
+
 namespace cbr {
 namespace {
 
@@ -122,6 +124,7 @@ Matrix MissingModes::taken(double sigma, Index m) const {
 }
 
 Vector full_eigenvalues(const Vector& lambda, const MissingModes& missing, Index first, Index count, Matrix* z) {
+  const SingleThreadedBlas blas;  // thousands of small problems
   Vector sigma(count);
   if (z != nullptr) z->resize(lambda.size(), count);
   const double top = (1 - short_of) * missing.lowest();

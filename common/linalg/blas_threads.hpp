@@ -21,6 +21,20 @@ class SingleThreadedBlas {
 // them starts them again, as does a change of their number. Where BLAS is not OpenBLAS nothing is done.
 void rest_blas_threads();
 
+// BLAS with one thread for work of less than a tenth of a second or two. OpenBLAS's threads wait for each other by sched_yield,
+// which beside other programs gives a whole time slice away, thousands of times in a sparse factorisation: the reduction of 11088
+// dofs took 1.0 s with either number of threads on two idle processors, and beside four compilers 2 s with one, 30 to 100 s with
+// two.
+class BlasForWork {
+ public:
+  explicit BlasForWork(double flops) {
+    if (flops < 5e9) one_.emplace();
+  }
+
+ private:
+  std::optional<SingleThreadedBlas> one_;
+};
+
 // BLAS with one thread for a small product: its threads wait by spinning, which takes more from the program than they give.
 class SerialBlas {
  public:

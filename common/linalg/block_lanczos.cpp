@@ -8,6 +8,8 @@
 #include <cstdint>
 #include <limits>
 
+#include "common/linalg/blas_threads.hpp"
+
 namespace cbr {
 namespace {
 
@@ -150,6 +152,8 @@ class BlockLanczos {
 
 Eigenpairs block_lanczos(const SparseMatrix& M, const std::function<void(Eigen::Ref<Matrix>)>& solve, double sigma, Index k,
                          const BlockLanczosOptions& options) {
+  const double n = static_cast<double>(M.rows()), basis = 2 * static_cast<double>(k);
+  const BlasForWork blas(4 * n * basis * basis);  // that keep it orthonormal
   return BlockLanczos(M, solve, k, options).run(sigma);
 }
 

@@ -7,6 +7,7 @@
 #include <cassert>
 #include <utility>
 
+#include "common/linalg/blas_threads.hpp"
 #include "common/linalg/dense_factor.hpp"
 #include "common/linalg/eigenpairs.hpp"
 
@@ -85,6 +86,10 @@ struct Reflectors {
   }
 };
 
+double cube(Index n) { return static_cast<double>(n) * static_cast<double>(n) * static_cast<double>(n); }
+double flops_of_cholesky(Index n) { return cube(n) / 3; }
+double flops_of_eigenpairs(Index n) { return 9 * cube(n); }  // reduction to three diagonals, and all vectors back
+
 Eigenpairs failed() {
   Eigenpairs pairs;
   pairs.method = "lapack";
@@ -96,6 +101,7 @@ Eigenpairs failed() {
 Eigenpairs dense_eigenpairs(Matrix A, Matrix B, Index k) {
   const Index n = A.rows();
   assert(A.cols() == n && B.rows() == n && B.cols() == n && k >= 0 && k <= n);
+  const BlasForWork blas(flops_of_eigenpairs(n));
   if (n > 0) {
     // B = L L^T, A <- L^-1 A L^-T   (n x n)
     if (LAPACKE_dpotrf(LAPACK_COL_MAJOR, 'L', as_int(n), B.data(), as_int(n)) != 0) return failed();
@@ -111,6 +117,7 @@ Eigenpairs dense_eigenpairs(Matrix A, Matrix B, Index k) {
 
 Eigenpairs dense_eigenpairs(Matrix A, Index k) {
   assert(A.cols() == A.rows() && k >= 0 && k <= A.rows());
+  const BlasForWork blas(flops_of_eigenpairs(A.rows()));
   Eigenpairs pairs = standard_eigenpairs(A, k);
   if (pairs.converged) fix_signs(pairs.Phi);
   return pairs;
@@ -120,6 +127,7 @@ Eigenpairs dense_eigenpairs(Matrix A, const Vector& B, Index k) {
   const Index n = A.rows();
   assert(A.cols() == n && B.size() == n && k >= 0 && k <= n);
   if (n > 0 && !(B.minCoeff() > 0)) return failed();
+  const BlasForWork blas(flops_of_eigenpairs(n));
   const Vector scale = B.cwiseSqrt().cwiseInverse();
   // A <- B^-1/2 A B^-1/2   (n x n)
   for (Index j = 0; j < n; ++j) A.col(j).array() *= scale.array() * scale(j);
@@ -134,6 +142,7 @@ Eigenpairs dense_eigenpairs_beside(Matrix A, const Matrix& Q, std::optional<Inde
   const Index n = A.rows(), r = Q.cols();
   assert(A.cols() == n && Q.rows() == n && r <= n);
   if (r == 0) return dense_eigenpairs(std::move(A), count.value_or(n));
+  const BlasForWork blas(flops_of_eigenpairs(n));
   const Reflectors H(Q);
   H.transform(A);
   // Rows and columns 0 .. r - 1 are 0 but for round-off. They become a block of their own that the solver cannot mix with the rest,
@@ -155,6 +164,7 @@ Eigenpairs dense_eigenpairs_beside(Matrix A, Matrix B, const Matrix& R, std::opt
   const Index n = A.rows();
   assert(A.cols() == n && B.rows() == n && B.cols() == n && R.rows() == n && R.cols() <= n);
   if (n == 0 || R.cols() == 0) return dense_eigenpairs(std::move(A), std::move(B), count.value_or(n));
+  const BlasForWork blas(flops_of_eigenpairs(n));
   if (LAPACKE_dpotrf(LAPACK_COL_MAJOR, 'L', as_int(n), B.data(), as_int(n)) != 0) return failed();
   if (LAPACKE_dsygst(LAPACK_COL_MAJOR, 1, 'L', as_int(n), A.data(), as_int(n), B.data(), as_int(n)) != 0) return failed();
   auto L = B.triangularView<Eigen::Lower>();
@@ -170,12 +180,14 @@ Eigenpairs dense_eigenpairs_beside(Matrix A, Matrix B, const Matrix& R, std::opt
 
 bool dense_cholesky(Matrix& A) {
   const Index n = A.rows();
+  const BlasForWork blas(flops_of_cholesky(n));
   return n == 0 || LAPACKE_dpotrf(LAPACK_COL_MAJOR, 'L', as_int(n), A.data(), as_int(n)) == 0;
 }
 
 void dense_inverse_of_cholesky(Matrix& L) {
   const Index n = L.rows();
   if (n == 0) return;
+  const BlasForWork blas(2 * flops_of_cholesky(n));
   const auto info = LAPACKE_dpotri(LAPACK_COL_MAJOR, 'L', as_int(n), L.data(), as_int(n));
   assert(info == 0);
   static_cast<void>(info);

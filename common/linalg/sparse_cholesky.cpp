@@ -164,6 +164,7 @@ struct Cholmod {
   void factorize(const SparseMatrix& A) {
     analyze(A);
     cholmod_sparse view = lower_view(A);
+    const BlasForWork blas(common.fl);
     cholmod_l_factorize(&view, L, &common);
     check("factorisation", A);
   }

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "common/error.hpp"
+#include "common/linalg/blas_threads.hpp"
 #include "common/linalg/block_lanczos.hpp"
 #include "common/linalg/eigenpairs.hpp"
 
@@ -224,6 +225,7 @@ Eigenpairs sparse_eigenpairs(const SparseMatrix& K, const SparseMatrix& M, const
     Eigen::Map<Vector>(y, n).noalias() = M.selfadjointView<Eigen::Lower>() * Eigen::Map<const Vector>(x, n);
   };
   const std::scoped_lock lock(arpack_lock());
+  const SingleThreadedBlas blas;  // vectors and triangular solves: memory is the limit
   Ritz ritz = Arpack(op, k, ncv, tolerance).run();
   const Index n_converged = ritz.n_converged, restarts = ritz.restarts;
   pairs = ascending(std::move(ritz));

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cassert>
 
+#include "common/linalg/blas_threads.hpp"
 #include "common/linalg/narrow_product.hpp"
 
 namespace cbr {
@@ -55,6 +56,7 @@ SupernodeTree::SupernodeTree(const SupernodalFactor& factor)
 }
 
 void SupernodeTree::invert_tiles() {
+  const SingleThreadedBlas blas;
   inverse_.resize(tile, factor_.n);
   for (Index s = 0; s < factor_.n_super; ++s) {
     const Index height = factor_.height(s);
