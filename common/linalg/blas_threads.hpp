@@ -21,10 +21,10 @@ class SingleThreadedBlas {
 // them starts them again, as does a change of their number. Where BLAS is not OpenBLAS nothing is done.
 void rest_blas_threads();
 
-// BLAS with one thread for work of less than a tenth of a second or two. OpenBLAS's threads wait for each other by sched_yield,
-// which beside other programs gives a whole time slice away, thousands of times in a sparse factorisation: the reduction of 11088
-// dofs took 1.0 s with either number of threads on two idle processors, and beside four compilers 2 s with one, 30 to 100 s with
-// two.
+// BLAS with one thread for work of less than about a tenth of a second (`flops`: of all calls in the object's life). OpenBLAS's
+// threads wait for each other by sched_yield, which beside other programs gives a whole time slice away at each call: the reduction
+// of 11088 dofs, 1 s on two idle processors with one thread or two, took 10 to 100 s beside four compilers while small problems made
+// 37 000 such calls, and takes 3 to 5 s without them.
 class BlasForWork {
  public:
   explicit BlasForWork(double flops) {
