@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Random scenes against dense arithmetic: reduction matrices, frequencies, responses to impulses, motion under loads, supports and
-// against a plane. Seeds as in invariance_test.cpp.
+// Random scenes against dense arithmetic: reduction matrices, frequencies, responses to impulses, motion under loads and supports,
+// in contact with walls. Seeds as in invariance_test.cpp.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "dynamics/setup/geometry.hpp"
-#include "tests/stability/dense_oracle.hpp"
-#include "tests/stability/random_scene.hpp"
+#include "tests/stability/dense_scene.hpp"
 #include "tests/stability/seeds.hpp"
 
 namespace cbr {
@@ -19,6 +18,7 @@ using test::DenseModel;
 using test::DenseReduction;
 using test::Ran;
 using test::RandomBody;
+using test::RandomPair;
 using test::RandomScene;
 
 constexpr double allowed = 1e-9;
@@ -32,54 +32,33 @@ double difference(const Matrix& A, const Matrix& B) {
   return difference(A, B, B.size() > 0 ? std::max(1e-300, B.cwiseAbs().maxCoeff()) : 1);
 }
 
-std::vector<BlockProperties> properties(const RandomBody& b) {
-  std::vector<BlockProperties> list;
-  for (const Block& block : b.mesh.blocks)
-    list.push_back({block.name.rfind("low", 0) == 0 ? b.low : b.high, parse_hex8_formulation(b.element)});
-  return list;
-}
-
-DenseModel model_of(const RandomBody& b) {
-  return test::dense_model(b.mesh, properties(b), b.mass == "lumped" ? MassKind::lumped : MassKind::consistent);
-}
-
-// Dofs of the model that are the superelement's interface, in its order.
-std::vector<Index> interface_of(const Superelement& s, const RandomBody& b, const DenseModel& model) {
-  std::vector<Index> dofs;
-  for (std::size_t i = 0; i < s.dof_node.size(); ++i) {
-    const Index id = s.node_ids[static_cast<std::size_t>(s.dof_node[i])];
-    const auto node = std::find(b.mesh.node_ids.begin(), b.mesh.node_ids.end(), id) - b.mesh.node_ids.begin();
-    const auto place = std::lower_bound(model.nodes.begin(), model.nodes.end(), node) - model.nodes.begin();
-    dofs.push_back(3 * place + s.dof_component[i]);
-  }
-  return dofs;
-}
-
 class Oracle {
  public:
   Oracle(const RandomScene& scene, test::Worst& worst) : scene_(scene), worst_(worst) {
-    // What has no dense counterpart here: contact of bodies, friction, springs, curved walls, shells
+    // What has no dense counterpart here: contact of bodies, friction, springs, shells
     scene_.skin.reset();
-    const bool plane = !scene.walls.empty() && scene.walls[0].kind == "plane" && scene.integrator != "newmark";
-    std::erase_if(scene_.pairs, [&](const auto& pair) { return pair.second != "wall" || !plane; });
-    for (auto& pair : scene_.pairs) pair.options.clear();
+    std::erase_if(scene_.pairs, [](const RandomPair& pair) { return pair.second != "wall"; });
+    for (RandomPair& pair : scene_.pairs) pair.options.clear();
     if (scene_.pairs.empty()) scene_.walls.clear();
   }
 
   void compare() {
     ran_ = run_in(folder_, scene_);
+    is_clear_.assign(scene_.bodies.size(), 1);
     for (std::size_t i = 0; i < scene_.bodies.size(); ++i) {
       const RandomBody& b = scene_.bodies[i];
-      const DenseModel model = model_of(b);
+      const DenseModel model = test::dense_model(b);
       if (!b.reduced) {
-        compare_motion(i, body_of(i, model));
+        bodies_.push_back(test::dense_body(scene_, ran_, i, model));
         continue;
       }
       const Superelement s = read_superelement(folder_.folder() / ("c_" + b.name + ".cbr.h5"));
-      const DenseReduction reduced = test::dense_reduction(model, interface_of(s, b, model), b.modes, b.pick);
+      const DenseReduction reduced = test::dense_reduction(b, model, s);
       compare_reduction(s, reduced);
-      if (reduced.gap > clear_gap) compare_motion(i, body_of(i, s, reduced));
+      is_clear_[i] = reduced.gap > clear_gap;
+      bodies_.push_back(test::dense_body(scene_, ran_, i, s, reduced));
     }
+    compare_motion();
   }
 
  private:
@@ -112,110 +91,67 @@ class Oracle {
     return v;
   }
 
-  bool in_contact(std::size_t i) const { return !scene_.pairs.empty() && i == 0; }
-
-  // B: all coordinates to displacements of the visible nodes, component axes; `rigid`: coordinates x 3, translations.
-  DenseBody placed(std::size_t i, const Matrix& K, const Matrix& M, const Matrix& B, const Matrix& rigid) const {
-    const RandomBody& b = scene_.bodies[i];
-    const auto& of = ran_.built.instances[i];
-    const Matrix3& T = b.rotation;
-    DenseBody body;
-    const Index n = of.geometry->coordinates.rows();
-    body.X = (of.geometry->coordinates * T.transpose()).rowwise() + b.position.transpose();
-    Matrix TB(B.rows(), B.cols());
-    for (Index node = 0; node < n; ++node) TB.middleRows(3 * node, 3) = T * B.middleRows(3 * node, 3);
-    const std::vector<Index> free = free_coordinates(i, B);
-    const auto all = Eigen::all;
-    body.K = K(free, free), body.M = M(free, free), body.B = TB(all, free);
-    body.velocity = Vector(rigid * (T.transpose() * b.velocity))(free);
-    for (const auto& load : scene_.loads) {
-      Vector f;
-      if (load.kind == "gravity") {
-        f = Vector(M * (rigid * (T.transpose() * load.value)))(free);
-      } else if (load.instance == b.name) {
-        const Vector weights = face_weights(of.geometry->surfaces.at(load.surface), of.geometry->coordinates);
-        const RowMatrix forces = weights * (load.kind == "force" ? Vector3(load.value / weights.sum()) : load.value).transpose();
-        f = body.B.transpose() * forces.reshaped<Eigen::RowMajor>();
-      } else {
-        continue;
-      }
-      body.load.push_back(f);
-      body.history.push_back({load.time, load.factor});
-    }
-    if (in_contact(i)) {
-      body.slave = surface_nodes(of.geometry->surfaces.at("x_min"));
-      body.normal = scene_.walls[0].direction;
-      body.offset = body.normal.dot(scene_.walls[0].point);
-    }
-    return body;
-  }
-
-  std::vector<Index> free_coordinates(std::size_t i, const Matrix& B) const {
-    std::vector<char> held(static_cast<std::size_t>(B.cols()), 0);
-    for (const std::string& name : scene_.held) {
-      if (name.substr(0, name.find('.')) != scene_.bodies[i].name) continue;
-      for (const Index node : ran_.built.instances[i].geometry->nodesets.at(name.substr(name.find('.') + 1)))
-        for (Index j = 0; j < B.cols(); ++j)
-          if (!B.block(3 * node, j, 3, 1).isZero(0)) held[static_cast<std::size_t>(j)] = 1;
-    }
-    std::vector<Index> free;
-    for (Index j = 0; j < B.cols(); ++j)
-      if (!held[static_cast<std::size_t>(j)]) free.push_back(j);
-    return free;
-  }
-
-  DenseBody body_of(std::size_t i, const DenseModel& model) const {
-    const Index n = model.K.rows();
-    DenseBody body = placed(i, model.K, model.M, Matrix::Identity(n, n), Matrix3::Identity().replicate(n / 3, 1));
-    body.scheme = scene_.integrator == "newmark" ? DenseBody::Scheme::newmark : DenseBody::Scheme::central;
-    return body;
-  }
-
-  DenseBody body_of(std::size_t i, const Superelement& s, const DenseReduction& reduced) const {
-    const Index n_nodes = static_cast<Index>(s.node_ids.size());
-    Matrix B = Matrix::Zero(3 * n_nodes, s.n()), rigid = Matrix::Zero(s.n(), 3);
-    for (Index j = 0; j < s.c(); ++j) {
-      B(3 * s.dof_node[static_cast<std::size_t>(j)] + s.dof_component[static_cast<std::size_t>(j)], s.k() + j) = 1;
-      rigid(s.k() + j, s.dof_component[static_cast<std::size_t>(j)]) = 1;
-    }
-    DenseBody body = placed(i, reduced.K(), reduced.M(), B, rigid);
-    body.scheme = scene_.integrator == "exact"     ? DenseBody::Scheme::exact
-                  : scene_.integrator == "newmark" ? DenseBody::Scheme::newmark
-                                                   : DenseBody::Scheme::central;
-    body.lasting = in_contact(i) && body.scheme == DenseBody::Scheme::exact;
-    return body;
-  }
-
-  void compare_motion(std::size_t i, const DenseBody& body) {
-    const RandomBody& b = scene_.bodies[i];
+  void compare_motion() {
+    const std::vector<test::DensePair> pairs = test::dense_pairs(scene_, ran_);
     const TimePlan& plan = ran_.built.simulation.plan;
-    if (in_contact(i)) compare_response(i, body, plan.h);
+    // What one body may do otherwise, those that it meets may
+    for (const RandomPair& pair : scene_.pairs)
+      for (std::size_t i = 0; pair.second != "wall" && i < is_clear_.size(); ++i)
+        is_clear_[i] = is_clear_.front() && is_clear_.back();
     const auto n_outputs = static_cast<Index>(ran_.result.time.size());
-    const test::DenseMotion motion = test::dense_motion(body, plan.h, n_outputs, plan.steps_per_output);
+    const test::DenseMotion motion = test::dense_motion(bodies_, pairs, plan.h, n_outputs, plan.steps_per_output);
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+      if (!is_clear_[i]) continue;
+      compare_response(i, plan.h);
+      compare_motion_of(i, motion);
+    }
+  }
+
+  // "sphere, penalty, friction": what the body meets, or nothing
+  std::string meets(std::size_t i, const test::DenseMotion& motion) const {
+    std::string what;
+    for (std::size_t p = 0; p < scene_.pairs.size(); ++p) {
+      const RandomPair& pair = scene_.pairs[p];
+      if (!is_of(pair, scene_.bodies[i])) continue;
+      if (!what.empty()) return "of two pairs";
+      what = pair.second == "wall" ? scene_.walls.front().kind : "bodies";
+      for (const char* word : {"newmark", "penalty", "two-way", "friction"})
+        if ((pair.options + scene_.integrator).find(word) != std::string::npos) what += std::string(", ") + word;
+      if (motion.n_pushes[p] == 0) what = "not touched";
+    }
+    return what;
+  }
+
+  void compare_motion_of(std::size_t i, const test::DenseMotion& motion) {
+    const RandomBody& b = scene_.bodies[i];
+    const auto& of = motion.bodies[i];
     double way = 0, worst = 0, force = 0, largest = 0;
     for (const char* surface : {"x_min", "x_max"}) {
       const auto nodes = surface_nodes(ran_.built.instances[i].geometry->surfaces.at(surface));
       const auto& monitor = ran_.monitor(b.name + "." + surface);
-      for (std::size_t k = 0; k < motion.x.size(); ++k) {
-        const Vector3 mean = motion.x[k](nodes, Eigen::all).colwise().mean().transpose();
+      for (std::size_t k = 0; k < of.x.size(); ++k) {
+        const Vector3 mean = of.x[k](nodes, Eigen::all).colwise().mean().transpose();
         worst = std::max(worst, (mean - test::at(monitor.mean_position, k)).norm());
         way = std::max(way, (mean - test::at(monitor.mean_position, 0)).norm());
-        if (!in_contact(i) || surface[2] != 'm' || surface[3] != 'i' || k == 0) continue;
+        if (k == 0) continue;
         const double time = ran_.result.time[k] - ran_.result.time[k - 1];
-        force = std::max(force, (motion.impulse[k] / time - test::at(monitor.force, k)).norm());
-        largest = std::max(largest, (motion.impulse[k] / time).norm());
+        const Vector3 mean_force = of.impulse[k](nodes, Eigen::all).colwise().sum().transpose() / time;
+        force = std::max(force, (mean_force - test::at(monitor.force, k)).norm());
+        largest = std::max(largest, mean_force.norm());
       }
     }
-    expect(in_contact(i) ? "motion with contact" : "motion", worst / std::max(way, 1e-3));
-    if (largest > 0) expect("force of contact", force / largest);
+    const std::string what = meets(i, motion);
+    expect(what.empty() ? "motion" : "motion: " + what, worst / std::max(way, 1e-3));
+    if (largest > 0) expect("force: " + what, force / largest);
   }
 
   // W is made of these
-  void compare_response(std::size_t i, const DenseBody& body, double h) {
-    const Matrix S = test::dense_response(body, h);
+  void compare_response(std::size_t i, double h) {
+    Matrix S;
     const Simulation& sim = ran_.built.simulation;
     for (const ContactNodes& nodes : sim.contact_nodes) {
       if (nodes.body != static_cast<Index>(i)) continue;
+      if (S.size() == 0) S = test::dense_response(bodies_[i], h);
       std::vector<Index> dofs;
       for (const Index node : nodes.nodes)
         for (Index c = 0; c < 3; ++c) dofs.push_back(3 * node + c);
@@ -227,6 +163,8 @@ class Oracle {
   test::Worst& worst_;
   test::SceneFolder folder_;
   Ran ran_;
+  std::vector<DenseBody> bodies_;
+  std::vector<char> is_clear_;  // of each body: which modes are its own does not hang on rounding
 };
 
 TEST(RandomScenes, AgreeWithDenseArithmetic) {

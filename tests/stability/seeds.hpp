@@ -35,7 +35,7 @@ class Worst {
   }
   void print() const {
     for (const auto& [what, entry] : entries_)
-      std::printf("%-28s %6d scenes, worst %.1e (seed %u, %.2g of what is allowed)\n", what.c_str(), entry.n, entry.value,
+      std::printf("%-40s %6d scenes, worst %.1e (seed %u, %.2g of what is allowed)\n", what.c_str(), entry.n, entry.value,
                   entry.seed, entry.share);
   }
 

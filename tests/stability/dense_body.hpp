@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// One body of dense matrices: how it moves by itself and what impulses do to it.
+#pragma once
+
+#include <Eigen/Cholesky>
+
+#include <vector>
+
+#include "common/scene.hpp"
+#include "tests/stability/dense_oracle.hpp"
+
+namespace cbr::test {
+
+struct DenseBody {
+  Matrix K, M;               // of the free coordinates q
+  Matrix B;                  // 3 n x q: displacements of its n visible nodes, scene axes
+  Points X;                  // n x 3, scene axes
+  Vector velocity;           // q' at the start
+  std::vector<Vector> load;  // amplitude of each load on q
+  std::vector<History> history;
+  enum class Scheme { exact, central, newmark } scheme = Scheme::exact;
+  bool lasting = false;  // impulses of contact have the compliance of a force that lasts (docs/theory.md, 9a)
+};
+
+// B S(h) B^T of all visible dofs: what impulses at the start of a step do to its end (docs/theory.md: 9, 9b, 9d).
+Matrix dense_response(const DenseBody& body, double h);
+
+// A step: predict(), then push() any number of times, accept(). Impulses are of the visible dofs, 3 n.
+class DenseStepper {
+ public:
+  DenseStepper(const DenseBody& body, double h);
+  void predict();
+  void push(const Vector& impulse);
+  void push_velocities(const Vector& impulse);  // at the end of the step: positions stay (docs/theory.md: 9e)
+  void accept();
+
+  const Points& start() const { return start_; }  // n x 3
+  const Points& end() const { return end_; }
+  Vector end_velocity() const { return body_.B * v_; }  // 3 n
+  const Matrix& response() const { return W_; }
+  Matrix velocity_response() const { return body_.B * inverse_.solve(Matrix(body_.B.transpose())); }
+  double largest_frequency() const { return omega_.size() > 0 ? omega_.maxCoeff() : 0; }
+  bool is_newmark() const { return body_.scheme == DenseBody::Scheme::newmark; }
+
+ private:
+  Vector force(double t) const;
+  void advance();  // from the start of the step by q and the impulse on it
+  void advance_exactly(const Vector& impulse);
+  Points positions(const Vector& q) const { return body_.X + (body_.B * q).reshaped<Eigen::RowMajor>(body_.X.rows(), 3); }
+
+  const DenseBody& body_;
+  double h_, t_ = 0;
+  DenseModes modes_;
+  Vector omega_;
+  Matrix VtM_;
+  Eigen::LLT<Matrix> inverse_, inverse_A_;  // of M; of M + h^2 / 4 K
+  Matrix W_;
+  Vector q_, v_, a_;     // end of the step
+  Vector q0_, v0_, a0_;  // its start
+  Vector impulse_;
+  Points start_, end_;
+};
+
+}  // namespace cbr::test

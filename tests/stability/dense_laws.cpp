@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tests/stability/dense_laws.hpp"
+
+#include <Eigen/Dense>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+namespace cbr::test {
+namespace {
+
+using Vector2 = Eigen::Vector2d;
+
+// Murty's principal pivoting: 0 <= p, 0 <= g + W p, p . (g + W p) = 0. One choice at a time, the first that is wrong; finite when W
+// is positive definite.
+Vector complementary(const Matrix& W, const Vector& g) {
+  const Index n = g.size();
+  const double tolerance = 1e-14 * g.cwiseAbs().maxCoeff();
+  std::vector<char> active(static_cast<std::size_t>(n), 0);
+  for (Index round = 0; round < 10000; ++round) {
+    std::vector<Index> in;
+    for (Index i = 0; i < n; ++i)
+      if (active[static_cast<std::size_t>(i)]) in.push_back(i);
+    Vector p = Vector::Zero(n);
+    if (!in.empty()) p(in) = -Matrix(W(in, in)).ldlt().solve(Vector(g(in)));
+    const Vector gap = g + W * p;
+    Index wrong = -1;
+    for (Index i = 0; i < n && wrong < 0; ++i)
+      if (active[static_cast<std::size_t>(i)] ? p[i] < 0 : gap[i] < -tolerance) wrong = i;
+    if (wrong < 0) return p;
+    active[static_cast<std::size_t>(wrong)] ^= 1;
+  }
+  throw std::runtime_error("the oracle's complementarity problem is not solved");
+}
+
+// A point that slides, for a direction of its tangential impulse at the angle `at`: p = p_n (1, mu cos, mu sin) with gap_n = 0.
+// `cross`: 0 where the slip is along the direction; `along`: below 0 where it is against it.
+struct Slide {
+  Vector3 p;
+  double cross, along;
+};
+Slide slide(const Matrix3& W, const Vector3& g, double mu, double at) {
+  const Vector2 d(std::cos(at), std::sin(at));
+  const Vector3 r(1, mu * d[0], mu * d[1]);
+  const Vector3 p = -g[0] / W.row(0).dot(r) * r;
+  const Vector2 slip = (g + W * p).tail<2>();
+  return {p, d[0] * slip[1] - d[1] * slip[0], d.dot(slip)};
+}
+
+// One point with three rows: open, sticking, or sliding in the direction that a scan of all of them finds.
+Vector3 impulse_of_point(const Matrix3& W, const Vector3& g, double mu) {
+  if (g[0] >= 0) return Vector3::Zero();
+  const Vector3 stuck = -W.ldlt().solve(g);
+  if (stuck[0] >= 0 && stuck.tail<2>().norm() <= mu * stuck[0]) return stuck;
+  constexpr int n = 48;
+  constexpr double turn = 2 * std::numbers::pi / n;
+  Slide before = slide(W, g, mu, 0);
+  for (int i = 1; i <= n; ++i) {
+    const Slide after = slide(W, g, mu, i * turn);
+    if ((before.cross < 0) != (after.cross < 0) && before.along < 0 && after.along < 0) {
+      double low = (i - 1) * turn, high = i * turn;
+      for (int halving = 0; halving < 60; ++halving) {
+        const double middle = 0.5 * (low + high);
+        ((slide(W, g, mu, middle).cross < 0) == (before.cross < 0) ? low : high) = middle;
+      }
+      return slide(W, g, mu, 0.5 * (low + high)).p;
+    }
+    before = after;
+  }
+  throw std::runtime_error("the oracle finds no direction for a point to slide in");
+}
+
+std::vector<Index> first_rows(const std::vector<double>& mu) {
+  std::vector<Index> first{0};
+  for (const double m : mu) first.push_back(first.back() + (m > 0 ? 3 : 1));
+  return first;
+}
+
+}  // namespace
+
+double law_violation(const Matrix& W, const Vector& g, const std::vector<double>& mu, const Vector& p) {
+  const std::vector<Index> first = first_rows(mu);
+  const Vector gap = g + W * p;
+  double worst = 0;
+  for (std::size_t i = 0; i < mu.size(); ++i) {
+    const Index n = first[i];
+    const double w = W(n, n);
+    worst = std::max(worst, std::abs(std::min(w * p[n], gap[n])));
+    if (mu[i] == 0) continue;
+    Vector2 to = w * p.segment<2>(n + 1) - gap.segment<2>(n + 1);
+    const double limit = mu[i] * w * std::max(0.0, p[n]);
+    if (to.norm() > limit) to *= limit / to.norm();
+    worst = std::max(worst, (w * p.segment<2>(n + 1) - to).norm());
+  }
+  return worst;
+}
+
+Vector dense_impulses(const Matrix& W, const Vector& g, const std::vector<double>& mu) {
+  if (std::none_of(mu.begin(), mu.end(), [](double m) { return m > 0; })) return complementary(W, g);
+  // Gauss-Seidel, point by point, each law solved for itself
+  const std::vector<Index> first = first_rows(mu);
+  const double scale = g.cwiseAbs().maxCoeff();
+  Vector p = Vector::Zero(g.size());
+  for (int sweep = 0; sweep < 100000; ++sweep) {
+    double change = 0;
+    for (std::size_t i = 0; i < mu.size(); ++i) {
+      const Index n = first[i], rows = first[i + 1] - n;
+      const Vector before = p.segment(n, rows);
+      p.segment(n, rows).setZero();
+      const Vector b = g.segment(n, rows) + W.middleRows(n, rows) * p;
+      if (rows == 1) {
+        p[n] = std::max(0.0, -b[0] / W(n, n));
+      } else {
+        p.segment<3>(n) = impulse_of_point(W.block<3, 3>(n, n), b, mu[i]);
+      }
+      change = std::max(change, W(n, n) * (p.segment(n, rows) - before).norm());
+    }
+    if (change <= 1e-16 * scale) break;
+    if (sweep % 10 == 9 && law_violation(W, g, mu, p) <= 3e-16 * scale) break;
+  }
+  if (!(law_violation(W, g, mu, p) <= 1e-13 * scale)) throw std::runtime_error("the oracle's problem with friction is not solved");
+  return p;
+}
+
+}  // namespace cbr::test
