@@ -56,18 +56,16 @@ Vector3 impulse_of_point(const Matrix3& W, const Vector3& g, double mu) {
   if (stuck[0] >= 0 && stuck.tail<2>().norm() <= mu * stuck[0]) return stuck;
   constexpr int n = 48;
   constexpr double turn = 2 * std::numbers::pi / n;
-  Slide before = slide(W, g, mu, 0);
-  for (int i = 1; i <= n; ++i) {
-    const Slide after = slide(W, g, mu, i * turn);
-    if ((before.cross < 0) != (after.cross < 0) && before.along < 0 && after.along < 0) {
-      double low = (i - 1) * turn, high = i * turn;
-      for (int halving = 0; halving < 60; ++halving) {
-        const double middle = 0.5 * (low + high);
-        ((slide(W, g, mu, middle).cross < 0) == (before.cross < 0) ? low : high) = middle;
-      }
-      return slide(W, g, mu, 0.5 * (low + high)).p;
+  for (int i = 0; i < n; ++i) {
+    double low = i * turn, high = (i + 1) * turn;
+    const bool below = slide(W, g, mu, low).cross < 0;
+    if (below == (slide(W, g, mu, high).cross < 0)) continue;
+    for (int halving = 0; halving < 60; ++halving) {
+      const double middle = 0.5 * (low + high);
+      ((slide(W, g, mu, middle).cross < 0) == below ? low : high) = middle;
     }
-    before = after;
+    const Slide found = slide(W, g, mu, 0.5 * (low + high));
+    if (found.p[0] >= 0 && found.along <= 0) return found.p;
   }
   throw std::runtime_error("the oracle finds no direction for a point to slide in");
 }

@@ -35,10 +35,9 @@ double difference(const Matrix& A, const Matrix& B) {
 class Oracle {
  public:
   Oracle(const RandomScene& scene, test::Worst& worst) : scene_(scene), worst_(worst) {
-    // What has no dense counterpart here: contact of bodies, friction, springs, shells
+    // What has no dense counterpart here: contact of bodies, shells
     scene_.skin.reset();
     std::erase_if(scene_.pairs, [](const RandomPair& pair) { return pair.second != "wall"; });
-    for (RandomPair& pair : scene_.pairs) pair.options.clear();
     if (scene_.pairs.empty()) scene_.walls.clear();
   }
 
