@@ -71,8 +71,16 @@ class Run {
       const DenseStepper& body = steppers_[static_cast<std::size_t>(s.body)];
       return DensePath{body.start(), body.end()};
     };
-    const auto points = dense_wall_points(pair.slave, pair.wall, path(pair.slave), initial_, memory_[p]);
-    add(group, {p, &pair.slave, pair.slave.size, &memory_[p], 0, 0}, points, pair.friction);
+    if (!pair.master) {
+      const auto points = dense_wall_points(pair.slave, pair.wall, path(pair.slave), initial_, memory_[p]);
+      return add(group, {p, &pair.slave, pair.slave.size, &memory_[p], 0, 0}, points, pair.friction);
+    }
+    const auto add_nodes_of = [&](const DenseSurface& slave, const DenseSurface& master, DenseMemory& memory) {
+      const auto points = dense_face_points(slave, path(slave), master, path(master), initial_, memory);
+      add(group, {p, &slave, pair.master->size, &memory, 0, 0}, points, pair.friction);
+    };
+    add_nodes_of(pair.slave, *pair.master, memory_[p]);
+    if (pair.two_way) add_nodes_of(*pair.master, pair.slave, back_[p]);
   }
 
   static void add(Group& group, Search search, const std::vector<DensePoint>& points, double mu) {

@@ -55,6 +55,9 @@ struct DensePath {
 std::vector<DensePoint> dense_wall_points(const DenseSurface& slave, const DenseWall& wall, const DensePath& path, bool initial,
                                           DenseMemory& memory);
 
+std::vector<DensePoint> dense_face_points(const DenseSurface& slave, const DensePath& slave_path, const DenseSurface& master,
+                                          const DensePath& master_path, bool initial, DenseMemory& memory);
+
 // After the step, with the gaps at its end and the normal impulses.
 void dense_remember(const DenseSurface& slave, const std::vector<DensePoint>& points, const std::vector<double>& end_gap,
                     const std::vector<double>& p_n, double master_size, DenseMemory& memory);
