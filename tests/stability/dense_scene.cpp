@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <stdexcept>
 
+#include "common/elements/shell.hpp"
 #include "dynamics/setup/geometry.hpp"
 
 namespace cbr::test {
@@ -41,10 +42,54 @@ std::vector<Index> free_coordinates(const RandomScene& scene, const Geometry& ge
   return free;
 }
 
-// B: all coordinates to displacements of the visible nodes, component axes; `rigid`: coordinates x 3, translations.
-DenseBody placed(const RandomScene& scene, const Ran& ran, std::size_t i, const Matrix& K, const Matrix& M, const Matrix& B,
-                 const Matrix& rigid) {
+// Matrices over all coordinates, component axes. B: to displacements of the visible nodes; `rigid`: coordinates x 3, translations.
+struct Coordinates {
+  Matrix K, M, B, rigid;
+};
+
+// Rows and columns of zeros: coordinates that nothing sees yet.
+Matrix grown(const Matrix& A, Index rows, Index columns) {
+  Matrix B = Matrix::Zero(A.rows() + rows, A.cols() + columns);
+  B.topLeftCorner(A.rows(), A.cols()) = A;
+  return B;
+}
+
+// Shells share the nodes' displacements; their rotations are coordinates of their own.
+void add_shells(const RandomScene& scene, const Geometry& geometry, const RandomBody& b, Coordinates& all) {
+  if (!scene.skin || before_dot(*scene.skin) != b.name) return;
+  const DenseSurface surface = dense_surface(0, geometry.surfaces.at(after_dot(*scene.skin)).faces, geometry.coordinates);
+  const Index first = all.K.rows(), n = 3 * static_cast<Index>(surface.nodes.size());
+  all.K = grown(all.K, n, n), all.M = grown(all.M, n, n), all.B = grown(all.B, 0, n), all.rigid = grown(all.rigid, n, 0);
+  for (const auto& face : surface.faces) {
+    const bool triangle = face[2] == face[3];
+    std::vector<Index> nodes(face.begin(), face.end());
+    if (triangle) nodes.pop_back();
+    std::vector<Index> at;
+    for (const Index node : nodes) {
+      for (Index c = 0; c < 3; ++c) {
+        Index column = 0;
+        all.B.row(3 * node + c).cwiseAbs().maxCoeff(&column);
+        at.push_back(column);
+      }
+      const Index place = std::lower_bound(surface.nodes.begin(), surface.nodes.end(), node) - surface.nodes.begin();
+      for (Index c = 0; c < 3; ++c) at.push_back(first + 3 * place + c);
+    }
+    const ElementType type = triangle ? ElementType::tri3 : ElementType::quad4;
+    const Points X = geometry.coordinates(nodes, Eigen::all);
+    all.K(at, at) += shell_stiffness(type, X, random_skin);
+    const ShellMass mass = shell_lumped_mass(type, X, random_skin);
+    for (std::size_t a = 0; a < nodes.size(); ++a)
+      for (std::size_t c = 0; c < 3; ++c) {
+        all.M(at[6 * a + c], at[6 * a + c]) += mass.mass[static_cast<Index>(a)];
+        all.M(at[6 * a + 3 + c], at[6 * a + 3 + c]) += mass.rotary[static_cast<Index>(a)];
+      }
+  }
+}
+
+DenseBody placed(const RandomScene& scene, const Ran& ran, std::size_t i, Coordinates all) {
   const RandomBody& b = scene.bodies[i];
+  add_shells(scene, *ran.built.instances[i].geometry, b, all);
+  const auto& [K, M, B, rigid] = all;
   const Geometry& geometry = *ran.built.instances[i].geometry;
   const Matrix3& T = b.rotation;
   DenseBody body;
@@ -111,7 +156,7 @@ bool is_of(const RandomPair& pair, const RandomBody& body) {
 
 DenseBody dense_body(const RandomScene& scene, const Ran& ran, std::size_t i, const DenseModel& model) {
   const Index n = model.K.rows();
-  DenseBody body = placed(scene, ran, i, model.K, model.M, Matrix::Identity(n, n), Matrix3::Identity().replicate(n / 3, 1));
+  DenseBody body = placed(scene, ran, i, {model.K, model.M, Matrix::Identity(n, n), Matrix3::Identity().replicate(n / 3, 1)});
   body.scheme = scene.integrator == "newmark" ? DenseBody::Scheme::newmark : DenseBody::Scheme::central;
   return body;
 }
@@ -124,7 +169,7 @@ DenseBody dense_body(const RandomScene& scene, const Ran& ran, std::size_t i, co
     B(3 * s.dof_node[static_cast<std::size_t>(j)] + s.dof_component[static_cast<std::size_t>(j)], s.k() + j) = 1;
     rigid(s.k() + j, s.dof_component[static_cast<std::size_t>(j)]) = 1;
   }
-  DenseBody body = placed(scene, ran, i, reduced.K(), reduced.M(), B, rigid);
+  DenseBody body = placed(scene, ran, i, {reduced.K(), reduced.M(), B, rigid});
   body.scheme = scene.integrator == "exact"     ? DenseBody::Scheme::exact
                 : scene.integrator == "newmark" ? DenseBody::Scheme::newmark
                                                 : DenseBody::Scheme::central;

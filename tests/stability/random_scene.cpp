@@ -249,9 +249,10 @@ std::string yaml(const RandomScene& scene, const Change& change) {
   if (!contact.empty()) text += "contact:\n" + contact;
   if (scene.skin)
     text += "skin: {surfaces: [" + *scene.skin +
-            "], youngs_modulus: " + test::text(50 * change.force() / std::pow(change.length, 2)) +
-            ", poissons_ratio: 0.25, density: " + test::text(0.5 * change.mass / std::pow(change.length, 3)) +
-            ", thickness: " + test::text(0.05 * change.length) + "}\n";
+            "], youngs_modulus: " + test::text(random_skin.material.youngs_modulus * change.force() / std::pow(change.length, 2)) +
+            ", poissons_ratio: " + test::text(random_skin.material.poissons_ratio) +
+            ", density: " + test::text(random_skin.material.density * change.mass / std::pow(change.length, 3)) +
+            ", thickness: " + test::text(random_skin.thickness * change.length) + "}\n";
   return text + "time: {end: " + test::text(change.time * scene.end) + ", step: {cfl: " + test::text(scene.cfl) +
          "}, integrator: " + scene.integrator + (scene.mass_scaling ? ", mass_scaling: true" : "") +
          "}\noutput: {every: " + test::text(change.time * scene.every) + ", history: [" + history + "]}\n";

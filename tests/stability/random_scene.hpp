@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "common/elements/shell.hpp"
 #include "tests/stability/lattice_mesh.hpp"
 #include "tests/support/contact_scene.hpp"
 
@@ -43,6 +44,8 @@ struct RandomLoad {
 struct RandomPair {
   std::string first, second, options;
 };
+
+inline const ShellProperties random_skin{{50, 0.25, 0.5}, 0.05};
 
 struct RandomScene {
   unsigned seed = 0;
