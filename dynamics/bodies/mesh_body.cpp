@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <utility>
 
 #include "common/error.hpp"
+#include "common/linalg/eigenpairs.hpp"
 #include "dynamics/bodies/mesh_kernels.hpp"
 
 namespace cbr {
@@ -48,6 +50,7 @@ MeshBody::MeshBody(std::string name, std::shared_ptr<const MeshModel> model, con
     factor_ = std::make_shared<SparseCholesky>(SparseMatrix(Z_.transpose() * model_->M * Z_));
     if (!factor_->ok()) throw RunError("instance '" + name_ + "': the consistent mass is not positive definite");
   }
+  largest_frequency_ = held_.empty() ? model_->largest_frequency : held_frequency();
 }
 
 std::vector<Index> MeshBody::rows(const std::vector<Index>& nodes) const {
@@ -127,11 +130,46 @@ void MeshBody::accelerations(const Field& force, Field& a) const {
   hold(a);
 }
 
+void MeshBody::internal_forces(const Field& u, Field& Ku) const {
+  model_->forces.each(u, *threads_, room_, [&](Index begin, Index end, const double* f, Index stride) {
+    for (int c = 0; c < 3; ++c) std::copy(f + c * stride, f + c * stride + end - begin, Ku.col(c).data() + begin);
+  });
+}
+
+// In coordinates of the free directions alone: parts of a vector that nothing sees would grow from product to product.
+double MeshBody::held_frequency() const {
+  const Index n = model_->mass.size();
+  const SparseMatrix Z = consistent() ? Z_ : free_basis(n, held_);  // 3 n x free, rows of the nodes
+  if (Z.cols() == 0) return 0;
+  Field u(n, 3), f(n, 3);
+  Points p;
+  const auto to_field = [&](const Vector& x, Field& field) {
+    const Vector all = Z * x;
+    field = Eigen::Map<const Points>(all.data(), n, 3);
+  };
+  const auto to_free = [&](const Field& field, Vector& x) {
+    p = field;
+    x = Z.transpose() * Eigen::Map<const Vector>(p.data(), p.size());
+  };
+  const double lambda = largest_eigenvalue(
+      Z.cols(),
+      [&](const Vector& x, Vector& Kx) {
+        to_field(x, u);
+        internal_forces(u, f);
+        to_free(f, Kx);
+      },
+      [&](const Vector& x, Vector& a) {
+        if (consistent()) return factor_->solve(x.data(), a.data());
+        to_field(x, u);
+        u.array().colwise() *= model_->inverse_mass.array();
+        to_free(u, a);
+      });
+  return std::sqrt(lambda);
+}
+
 const Field& MeshBody::internal_forces() const {
   if (Ku_is_current_) return Ku_;
-  model_->forces.each(u_, *threads_, room_, [&](Index begin, Index end, const double* f, Index stride) {
-    for (int c = 0; c < 3; ++c) std::copy(f + c * stride, f + c * stride + end - begin, Ku_.col(c).data() + begin);
-  });
+  internal_forces(u_, Ku_);
   Ku_is_current_ = true;
   return Ku_;
 }

@@ -27,7 +27,7 @@ struct MeshModel {
   SparseMatrix M;       // 3 n x 3 n, consistent mass only; its rows are the nodes
   Matrix MR;            // 3 n x 6, consistent mass only: M times the rigid motions about the centre of mass
   RigidBody rigid_body;
-  double largest_frequency = 0;  // of the free model: an upper bound when directions are held
+  double largest_frequency = 0;  // of the free model
 };
 
 // `lumped`: M is diagonal. RunError when the highest frequency is not found or M is not positive definite. K assembled.
@@ -43,7 +43,7 @@ class MeshBody final : public Body {
 
   const std::string& name() const override { return name_; }
   Index n_dofs() const override { return 3 * model_->mass.size() - static_cast<Index>(held_.size()); }
-  double largest_frequency() const override { return model_->largest_frequency; }
+  double largest_frequency() const override { return largest_frequency_; }
   Scheme scheme() const override { return Scheme::central_difference; }
   const Points& reference_positions() const override { return X_; }
 
@@ -90,7 +90,9 @@ class MeshBody final : public Body {
   void hold(Field& v) const;                               // takes the held directions out
   void accelerations(const Field& force, Field& a) const;  // M^-1 f on the free directions
   void load(double t, Field& f) const;
+  void internal_forces(const Field& u, Field& Ku) const;
   const Field& internal_forces() const;                   // K u, formed once for each u
+  double held_frequency() const;                          // the largest one of the free directions
   double scalar_product_of_forces(const Field& v) const;  // v . K u
   void total_accelerations(Field& a) const;               // M^-1 (f - K u)
   const Field& present_velocities() const;                // at the time of u_, in component axes
@@ -105,6 +107,7 @@ class MeshBody final : public Body {
   std::shared_ptr<const MeshModel> model_;
   Placement placement_;
   std::vector<HeldDirection> held_;  // ascending; the row in place of the node
+  double largest_frequency_ = 0;
   std::shared_ptr<RowThreads> threads_;
   SparseMatrix Z_;                          // 3 n x free: consistent mass with held directions
   std::shared_ptr<SparseCholesky> factor_;  // of Z^T M Z
