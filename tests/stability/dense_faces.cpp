@@ -256,4 +256,19 @@ std::vector<DensePoint> dense_face_points(const DenseSurface& slave, const Dense
   return points;
 }
 
+double dense_depth(const DenseSurface& slave, const DensePath& slave_path, const DenseSurface& master, const DensePath& master_path) {
+  constexpr double before_it = -0.02, well_over = -0.05;
+  double depth = 0;
+  for (const Index node : slave.nodes)
+    for (std::size_t f = 0; f < master.faces.size(); ++f) {
+      const auto foot = [&](const Points& slave_x, const Points& master_x) {
+        return foot_on(corners(master.faces[f], master_x), slave_x.row(node).transpose());
+      };
+      const Foot start = foot(slave_path.start, master_path.start), end = foot(slave_path.end, master_path.end);
+      if (start.distance < before_it * master.sizes[f] || start.outside > well_over || end.outside > well_over) continue;
+      depth = std::max(depth, -end.distance / master.sizes[f]);
+    }
+  return depth;
+}
+
 }  // namespace cbr::test

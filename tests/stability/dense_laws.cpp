@@ -95,12 +95,12 @@ double law_violation(const Matrix& W, const Vector& g, const std::vector<double>
   return worst;
 }
 
-Vector dense_impulses(const Matrix& W, const Vector& g, const std::vector<double>& mu) {
-  if (std::none_of(mu.begin(), mu.end(), [](double m) { return m > 0; })) return complementary(W, g);
-  // Gauss-Seidel, point by point, each law solved for itself
+namespace {
+
+// Gauss-Seidel from `p`, each point's law solved for itself.
+Vector point_by_point(const Matrix& W, const Vector& g, const std::vector<double>& mu, Vector p) {
   const std::vector<Index> first = first_rows(mu);
   const double scale = g.cwiseAbs().maxCoeff();
-  Vector p = Vector::Zero(g.size());
   for (int sweep = 0; sweep < 100000; ++sweep) {
     double change = 0;
     for (std::size_t i = 0; i < mu.size(); ++i) {
@@ -120,6 +120,15 @@ Vector dense_impulses(const Matrix& W, const Vector& g, const std::vector<double
   }
   if (!(law_violation(W, g, mu, p) <= 1e-13 * scale)) throw std::runtime_error("the oracle's problem with friction is not solved");
   return p;
+}
+
+}  // namespace
+
+DenseImpulses dense_impulses(const Matrix& W, const Vector& g, const std::vector<double>& mu) {
+  if (std::none_of(mu.begin(), mu.end(), [](double m) { return m > 0; })) return {complementary(W, g)};
+  const Vector p = point_by_point(W, g, mu, Vector::Zero(g.size()));
+  const Vector other = point_by_point(W, g, mu, Vector::Constant(g.size(), 3 * p.cwiseAbs().maxCoeff()));
+  return {p, (other - p).cwiseAbs().maxCoeff() > 1e-9 * p.cwiseAbs().maxCoeff()};
 }
 
 }  // namespace cbr::test

@@ -10,8 +10,14 @@ namespace cbr::test {
 
 // Points one after the other, of one row (normal) where mu is 0, else of three (normal, two tangents). Impulses p with gap = g + W
 // p: 0 <= p_n, 0 <= gap_n, p_n gap_n = 0; |p_t| <= mu p_n, no slip below it, slip against p_t when they are equal. RuntimeError
-// when none is found to 1e-13 of the largest |g|.
-Vector dense_impulses(const Matrix& W, const Vector& g, const std::vector<double>& mu);
+// when none is found to 1e-13 of the largest |g|. Without friction there is one solution, W being definite; with friction one
+// always exists, and another may: the iteration is begun twice, from nothing and from impulses far too large, and `several` says
+// whether it has ended in two.
+struct DenseImpulses {
+  Vector p;
+  bool several = false;
+};
+DenseImpulses dense_impulses(const Matrix& W, const Vector& g, const std::vector<double>& mu);
 
 // By how much a law is broken, as a length: 0 where p obeys it.
 double law_violation(const Matrix& W, const Vector& g, const std::vector<double>& mu, const Vector& p);

@@ -45,6 +45,10 @@ class Run {
     step_impulses();
     for (DenseStepper& body : steppers_) body.accept();
     initial_ = false;
+    for (const DensePair& pair : pairs_) {
+      if (pair.penalty || !pair.master) continue;
+      motion_.depth = std::max(motion_.depth, dense_depth(pair.slave, path(pair.slave), *pair.master, path(*pair.master)));
+    }
   }
 
   void begin_output() {
@@ -65,12 +69,13 @@ class Run {
     std::size_t n_seen = 0;
   };
 
+  DensePath path(const DenseSurface& s) const {
+    const DenseStepper& body = steppers_[static_cast<std::size_t>(s.body)];
+    return {body.start(), body.end()};
+  }
+
   void search(std::size_t p, Group& group) {
     const DensePair& pair = pairs_[p];
-    const auto path = [&](const DenseSurface& s) {
-      const DenseStepper& body = steppers_[static_cast<std::size_t>(s.body)];
-      return DensePath{body.start(), body.end()};
-    };
     if (!pair.master) {
       const auto points = dense_wall_points(pair.slave, pair.wall, path(pair.slave), initial_, memory_[p]);
       return add(group, {p, &pair.slave, pair.slave.size, &memory_[p], 0, 0}, points, pair.friction);
@@ -167,6 +172,12 @@ class Run {
     return g;
   }
 
+  Vector solve(const Matrix& W, const Vector& g, const std::vector<double>& mu) {
+    const DenseImpulses found = dense_impulses(W, g, mu);
+    motion_.is_unique = motion_.is_unique && !found.several;
+    return found.p;
+  }
+
   void step_impulses() {
     Group group;
     for (std::size_t p = 0; p < pairs_.size(); ++p)
@@ -174,7 +185,7 @@ class Run {
     if (group.points.empty()) return remember(group, {}, {});
     const Matrix W = response(group);
     const Vector g = free_gaps(group);
-    const Vector p = dense_impulses(W, g, group.mu);
+    const Vector p = solve(W, g, group.mu);
     push(group, p);
     const Vector settled = settle(group, p);
     remember(group, g + W * p, settled);
@@ -202,7 +213,7 @@ class Run {
       W += G * steppers_[b].velocity_response() * G.transpose();
       v += G * steppers_[b].end_velocity();
     }
-    const Vector before = p(rows), total = dense_impulses(W, v - W * before, closed.mu);
+    const Vector before = p(rows), total = solve(W, v - W * before, closed.mu);
     push(closed, total - before, true);
     Vector all = p;
     all(rows) = total;

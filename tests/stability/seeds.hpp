@@ -33,6 +33,10 @@ class Worst {
     ++entry.n;
     if (share >= entry.share) entry.share = share, entry.value = value, entry.seed = seed;
   }
+  int count(const std::string& what) const {
+    const auto entry = entries_.find(what);
+    return entry == entries_.end() ? 0 : entry->second.n;
+  }
   void print() const {
     for (const auto& [what, entry] : entries_)
       std::printf("%-40s %6d scenes, worst %.1e (seed %u, %.2g of what is allowed)\n", what.c_str(), entry.n, entry.value,
