@@ -33,6 +33,15 @@ double value(const History& history, double t) {
 
 }  // namespace
 
+DenseMotionModes dense_motion_modes(const DenseBody& body) {
+  const DenseModes modes = dense_modes(body.K, body.M);
+  const Vector omega = modes.lambda.cwiseSqrt();
+  // A modal mass (omega / clip)^2 times as large, of coordinates that are omega / clip times as large
+  const Vector scale = (omega / body.clip).cwiseMax(1);
+  return {omega.cwiseMin(body.clip), modes.V * scale.cwiseInverse().asDiagonal(),
+          scale.asDiagonal() * modes.V.transpose() * body.M};
+}
+
 Matrix dense_response(const DenseBody& body, double h) {
   Matrix S;  // q x q
   if (body.scheme == Scheme::central) {
@@ -40,10 +49,10 @@ Matrix dense_response(const DenseBody& body, double h) {
   } else if (body.scheme == Scheme::newmark) {
     S = 0.5 * h * Matrix(body.M + 0.25 * h * h * body.K).llt().solve(Matrix::Identity(body.M.rows(), body.M.rows()));
   } else {
-    const DenseModes modes = dense_modes(body.K, body.M);
-    Vector s(modes.lambda.size());
+    const DenseMotionModes modes = dense_motion_modes(body);
+    Vector s(modes.omega.size());
     for (Index j = 0; j < s.size(); ++j) {
-      const double omega = std::sqrt(modes.lambda[j]), x = 0.5 * omega * h;
+      const double omega = modes.omega[j], x = 0.5 * omega * h;
       s[j] = omega > 0 ? std::sin(omega * h) / omega : h;
       if (body.lasting && x > 0) s[j] *= std::tan(x) / x;
     }
@@ -55,9 +64,7 @@ Matrix dense_response(const DenseBody& body, double h) {
 DenseStepper::DenseStepper(const DenseBody& body, double h)
     : body_(body),
       h_(h),
-      modes_(dense_modes(body.K, body.M)),
-      omega_(modes_.lambda.cwiseSqrt()),
-      VtM_(modes_.V.transpose() * body.M),
+      modes_(dense_motion_modes(body)),
       inverse_(body.M.llt()),
       inverse_A_(Matrix(body.M + 0.25 * h * h * body.K).llt()),
       W_(dense_response(body, h)),
@@ -113,11 +120,11 @@ void DenseStepper::advance() {
 }
 
 void DenseStepper::advance_exactly(const Vector& impulse) {
-  Vector eta = VtM_ * q0_, v = VtM_ * v0_;
+  Vector eta = modes_.inverse * q0_, v = modes_.inverse * v0_;
   Vector kick = modes_.V.transpose() * impulse;
   if (body_.lasting)
     for (Index j = 0; j < kick.size(); ++j)
-      if (const double x = 0.5 * omega_[j] * h_; x > 0) kick[j] *= std::tan(x) / x;
+      if (const double x = 0.5 * modes_.omega[j] * h_; x > 0) kick[j] *= std::tan(x) / x;
   v += kick;
   std::vector<double> cuts{t_, t_ + h_};
   for (const History& history : body_.history)
@@ -129,7 +136,7 @@ void DenseStepper::advance_exactly(const Vector& impulse) {
     if (s <= 0) continue;
     // Just inside, where histories have corners
     const Vector f0 = modes_.V.transpose() * force(cuts[i - 1]), f1 = (modes_.V.transpose() * force(cuts[i]) - f0) / s;
-    for (Index j = 0; j < eta.size(); ++j) swing(omega_[j], f0[j], f1[j], s, eta[j], v[j]);
+    for (Index j = 0; j < eta.size(); ++j) swing(modes_.omega[j], f0[j], f1[j], s, eta[j], v[j]);
   }
   q_ = modes_.V * eta, v_ = modes_.V * v;
 }

@@ -4,6 +4,7 @@
 
 #include <Eigen/Cholesky>
 
+#include <cmath>
 #include <vector>
 
 #include "common/scene.hpp"
@@ -19,8 +20,16 @@ struct DenseBody {
   std::vector<Vector> load;  // amplitude of each load on q
   std::vector<History> history;
   enum class Scheme { exact, central, newmark } scheme = Scheme::exact;
-  bool lasting = false;  // impulses of contact have the compliance of a force that lasts (docs/theory.md, 9a)
+  bool lasting = false;    // impulses of contact have the compliance of a force that lasts (docs/theory.md, 9a)
+  double clip = HUGE_VAL;  // exact: modes above this frequency have it, by their modal mass (6c)
 };
+
+// Modes as the body moves in them; `inverse`: V^-1.
+struct DenseMotionModes {
+  Vector omega;
+  Matrix V, inverse;
+};
+DenseMotionModes dense_motion_modes(const DenseBody& body);
 
 // B S(h) B^T of all visible dofs: what impulses at the start of a step do to its end (docs/theory.md: 9, 9b, 9d).
 Matrix dense_response(const DenseBody& body, double h);
@@ -39,7 +48,7 @@ class DenseStepper {
   Vector end_velocity() const { return body_.B * v_; }  // 3 n
   const Matrix& response() const { return W_; }
   Matrix velocity_response() const { return body_.B * inverse_.solve(Matrix(body_.B.transpose())); }
-  double largest_frequency() const { return omega_.size() > 0 ? omega_.maxCoeff() : 0; }
+  double largest_frequency() const { return modes_.omega.size() > 0 ? modes_.omega.maxCoeff() : 0; }
   bool is_newmark() const { return body_.scheme == DenseBody::Scheme::newmark; }
 
  private:
@@ -50,9 +59,7 @@ class DenseStepper {
 
   const DenseBody& body_;
   double h_, t_ = 0;
-  DenseModes modes_;
-  Vector omega_;
-  Matrix VtM_;
+  DenseMotionModes modes_;
   Eigen::LLT<Matrix> inverse_, inverse_A_;  // of M; of M + h^2 / 4 K
   Matrix W_;
   Vector q_, v_, a_;     // end of the step

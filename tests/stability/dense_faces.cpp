@@ -256,8 +256,9 @@ std::vector<DensePoint> dense_face_points(const DenseSurface& slave, const Dense
   return points;
 }
 
-double dense_depth(const DenseSurface& slave, const DensePath& slave_path, const DenseSurface& master, const DensePath& master_path) {
-  constexpr double before_it = -0.02, well_over = -0.05;
+double dense_depth(const DenseSurface& slave, const DensePath& slave_path, const DenseSurface& master,
+                   const DensePath& master_path) {
+  constexpr double before_it = -2e-3, well_over = -0.05;
   double depth = 0;
   for (const Index node : slave.nodes)
     for (std::size_t f = 0; f < master.faces.size(); ++f) {

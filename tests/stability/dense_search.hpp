@@ -58,9 +58,10 @@ std::vector<DensePoint> dense_wall_points(const DenseSurface& slave, const Dense
 std::vector<DensePoint> dense_face_points(const DenseSurface& slave, const DensePath& slave_path, const DenseSurface& master,
                                           const DensePath& master_path, bool initial, DenseMemory& memory);
 
-// How deep a node that starts the step in front of a face, well over it, ends behind it, whatever the rules above make of the two: the
-// deepest, as a share of the face's size.
-double dense_depth(const DenseSurface& slave, const DensePath& slave_path, const DenseSurface& master, const DensePath& master_path);
+// How deep a node that starts the step in front of a face, well over it, ends behind it, whatever the rules above make of the two:
+// the deepest, as a share of the face's size.
+double dense_depth(const DenseSurface& slave, const DensePath& slave_path, const DenseSurface& master,
+                   const DensePath& master_path);
 
 // After the step, with the gaps at its end and the normal impulses.
 void dense_remember(const DenseSurface& slave, const std::vector<DensePoint>& points, const std::vector<double>& end_gap,
