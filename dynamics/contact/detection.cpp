@@ -53,8 +53,9 @@ struct Hit {
   double entry = 0;
   double outside = 0;  // how far the node is off the face now, as a share of the face's size; not above 0: over it
   bool over_now = false, over_at_end = false, nearly_over = false;
-  bool same = false;     // it is the face that the node touched in the last step
-  bool follows = false;  // looks the same way as the face that the node touched in the last step
+  bool right_over_at_end = false;  // not only within the tolerance of what was touched before
+  bool same = false;               // it is the face that the node touched in the last step
+  bool follows = false;            // looks the same way as the face that the node touched in the last step
   Index face = 0;
 };
 
@@ -150,6 +151,7 @@ bool meets(const Step& step, const Node& node, Index face, Hit& hit) {
   hit.outside = before.outside;
   hit.over_now = before.outside <= step.options.new_edge_tolerance;
   hit.over_at_end = hit.end.outside <= edge;
+  hit.right_over_at_end = hit.end.outside <= step.options.new_edge_tolerance;
   hit.nearly_over = hit.end.outside <= step.options.edge_tolerance;
   hit.same = node.face == face;
   hit.follows = node.face >= 0 && before.normal.dot(node.normal) >= same_side;
@@ -169,6 +171,9 @@ bool better(const Hit& a, const Hit& b) {
   if (a.follows != b.follows) return a.follows;
   if (a.follows && a.over_now != b.over_now) return a.over_now;
   if (a.same != b.same) return a.same;
+  // In a valley the face beside it is gone through last: a node that has come off for a step would sink into the one that it is
+  // over
+  if (!a.follows && a.right_over_at_end != b.right_over_at_end) return a.right_over_at_end;
   const double entry_a = std::round(1e10 * a.entry), entry_b = std::round(1e10 * b.entry);
   return entry_a != entry_b ? entry_a > entry_b : std::abs(a.end_gap) < std::abs(b.end_gap);
 }

@@ -108,7 +108,7 @@ struct Meeting {
   Foot end;
   double size = 0, start_gap = 0, end_gap = 0, outside = 0;  // outside: at the start
   double entry = 0;  // when the node goes through, as a share of the step; not above 0: behind by that share of the size
-  bool over_end = false, near_over_end = false;
+  bool over_end = false, near_over_end = false, right_over_end = false;
   bool same = false, follows = false;  // the face that the node touched in the last step; one that looks the same way
 };
 
@@ -151,7 +151,7 @@ std::optional<Meeting> meeting(const DenseSurface& master, const DensePath& path
   const Foot before = foot_on(start, node.start);
   m.start_gap = before.distance, m.outside = before.outside;
   const double edge = before.normal.dot(node.known_normal) >= same_way ? held_edge : new_edge;
-  m.over_end = m.end.outside <= edge, m.near_over_end = m.end.outside <= held_edge;
+  m.over_end = m.end.outside <= edge, m.near_over_end = m.end.outside <= held_edge, m.right_over_end = m.end.outside <= new_edge;
   m.same = node.face == m.face;
   m.follows = node.face >= 0 && before.normal.dot(node.normal) >= same_way;
   // What touched is held along the normal and at the foot of the start
@@ -179,6 +179,7 @@ bool comes_first(const Meeting& a, const Meeting& b) {
   if (a.follows != b.follows) return a.follows;
   if (a.follows && a_over != b_over) return a_over;
   if (a.same != b.same) return a.same;
+  if (!a.follows && a.right_over_end != b.right_over_end) return a.right_over_end;
   const double entry_a = std::round(1e10 * a.entry), entry_b = std::round(1e10 * b.entry);
   return entry_a != entry_b ? entry_a > entry_b : std::abs(a.end_gap) < std::abs(b.end_gap);
 }

@@ -188,7 +188,11 @@ class Oracle {
 void compare_all(bool (*change)(RandomScene&)) {
   const test::Seeds seeds = test::seeds();
   test::Worst worst;
-  for (unsigned seed = seeds.first; seed < seeds.first + seeds.count; ++seed) {
+  std::vector<unsigned> numbers;
+  for (unsigned seed = seeds.first; seed < seeds.first + seeds.count; ++seed) numbers.push_back(seed);
+  // Once wrong: springs of a held mesh; a node in a valley between faces, come off for a step
+  if (!seeds.thorough) numbers.insert(numbers.end(), {1005, 1132});
+  for (const unsigned seed : numbers) {
     RandomScene scene = test::random_scene(seed);
     if (!change(scene)) continue;
     try {
