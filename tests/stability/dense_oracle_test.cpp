@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Random scenes against dense arithmetic: reduction matrices, frequencies, responses to impulses, motion under loads and supports,
-// in contact with walls. Seeds as in invariance_test.cpp.
+// in contact with walls and with each other. Seeds as in invariance_test.cpp.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "dynamics/setup/geometry.hpp"
 #include "tests/stability/dense_scene.hpp"
@@ -106,7 +107,8 @@ class Oracle {
         is_clear_[i] = is_clear_.front() && is_clear_.back();
     const auto n_outputs = static_cast<Index>(ran_.result.time.size());
     const test::DenseMotion motion = test::dense_motion(bodies_, pairs, plan.h, n_outputs, plan.steps_per_output);
-    if (motion.depth > 0) expect("depth of nodes in faces", motion.depth, 1e-2);
+    // What curved faces and turning normals leave: twice the worst of 300 seeds, 3.7e-3, and 9e-3 in long steps
+    if (motion.depth > 0) expect("depth of nodes in faces", motion.depth, scene_.mass_scaling ? 2e-2 : 7e-3);
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
       worst_.add(!is_clear_[i] ? left_out_modes : !motion.is_unique ? left_out_friction : compared, 0, 0, scene_.seed);
       if (!is_clear_[i]) continue;
