@@ -23,8 +23,8 @@ void rest_blas_threads();
 
 // BLAS with one thread for work of less than about a tenth of a second (`flops`: of all calls in the object's life). OpenBLAS's
 // threads wait for each other by sched_yield, which beside other programs gives a whole time slice away at each call: the reduction
-// of 11088 dofs, 1 s on two idle processors with one thread or two, took 10 to 100 s beside four compilers while small problems made
-// 37 000 such calls, and takes 3 to 5 s without them.
+// of 11088 dofs, 1 s on two idle processors with one thread or two, took 10 to 100 s beside four compilers while small problems
+// made 37 000 such calls, and takes 3 to 5 s without them.
 class BlasForWork {
  public:
   explicit BlasForWork(double flops) {
