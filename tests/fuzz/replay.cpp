@@ -14,12 +14,12 @@
 
 #include "tests/fuzz/targets.hpp"
 
-#if defined(__has_feature)
+#ifdef __SANITIZE_ADDRESS__  // g++
+#define CBR_HAS_ADDRESS_SANITIZER
+#elif defined(__has_feature)  // clang; a library's header may define it, as 0, for g++ too
 #if __has_feature(address_sanitizer)
 #define CBR_HAS_ADDRESS_SANITIZER
 #endif
-#elif defined(__SANITIZE_ADDRESS__)
-#define CBR_HAS_ADDRESS_SANITIZER
 #endif
 
 namespace {
