@@ -15,6 +15,7 @@
 #include <new>
 
 #include "common/error.hpp"
+#include "common/linalg/blas_threads.hpp"
 #include "common/output_file.hpp"
 
 // Of OpenBLAS; not in cblas.h of every version.
@@ -201,6 +202,10 @@ int run_program(CLI::App& app, int argc, char** argv, const std::function<void()
     if (error.get_exit_code() != 0) return usage_error(app, error, program);
     app.exit(error);  // --help, --version
     return finish(program, 0);
+  }
+  if (const std::string no_room = reserve_blas_memory(n_threads(), initial_threads()); !no_room.empty()) {
+    print_error(program, no_room);
+    std::_Exit(1);
   }
   return finish(program, run_body(program, body));
 }

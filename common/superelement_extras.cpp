@@ -155,7 +155,8 @@ void check_conditioning(const std::optional<Conditioning>& c, Index n, const std
     require(std::isnan(value) || is_possible(value, least), name,
             number_text(value) + " found, expected at least " + number_text(least));
   });
-  require(!c->rho_res || c->rho_res->allFinite(), "rho_res", "not finite");
+  require(!c->rho_res || (c->rho_res->array() > -0.01 && c->rho_res->array() < 1.01).all(), "rho_res",
+          "not shares between 0 and 1");
   if (!c->knows_frequencies()) return;
   require(c->n_zero >= 0 && c->n_zero <= n, "attribute 'n_zero'",
           std::to_string(c->n_zero) + " found, there are " + std::to_string(n) + " coordinates");

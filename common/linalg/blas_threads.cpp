@@ -1,7 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "common/linalg/blas_threads.hpp"
 
+#include <sys/mman.h>
+#include <sys/resource.h>
+
 #include <mutex>
+#include <vector>
+
+#include "common/format_text.hpp"
 
 // Of OpenBLAS; not in cblas.h of every version.
 extern "C" {
@@ -9,6 +15,9 @@ void openblas_set_num_threads(int n);
 int openblas_get_num_threads(void);
 // What OpenBLAS calls before a fork: threads are started anew when they are next needed.
 [[gnu::weak]] int blas_thread_shutdown_(void);
+// A buffer of one caller, which stays its process's until the end
+[[gnu::weak]] void* blas_memory_alloc(int);
+[[gnu::weak]] void blas_memory_free(void*);
 }
 
 namespace cbr {
@@ -22,6 +31,25 @@ int n_alive = 0, threads_before = 1;
 void rest_blas_threads() {
   const std::scoped_lock guard(lock);
   if (blas_thread_shutdown_ != nullptr) blas_thread_shutdown_();
+}
+
+std::string reserve_blas_memory(int threads, int started) {
+  constexpr double buffer = 144e6;  // the largest of its kernels takes 134 MB
+  rlimit limit{};
+  if (blas_memory_alloc == nullptr || blas_memory_free == nullptr) return "";
+  if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return "";
+  const auto bytes = static_cast<std::size_t>(buffer * (threads + started));
+  void* const room = mmap(nullptr, bytes, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+  if (room == MAP_FAILED)
+    return format_text(
+        "the address space is limited to %.0f MB (ulimit -v), which leaves no %.0f MB for the threads of BLAS: raise the limit, or "
+        "set OPENBLAS_NUM_THREADS=1",
+        1e-6 * static_cast<double>(limit.rlim_cur), 1e-6 * static_cast<double>(bytes));
+  munmap(room, bytes);
+  std::vector<void*> buffers(static_cast<std::size_t>(threads + 1));
+  for (void*& b : buffers) b = blas_memory_alloc(0);
+  for (void* b : buffers) blas_memory_free(b);
+  return "";
 }
 
 SingleThreadedBlas::SingleThreadedBlas() {

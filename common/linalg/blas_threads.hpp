@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 
 #include "common/types.hpp"
 
@@ -20,6 +21,11 @@ class SingleThreadedBlas {
 // Ends BLAS's threads, which spin for a tenth of a second after a product and take from ours; its next product for which it wants
 // them starts them again, as does a change of their number. Where BLAS is not OpenBLAS nothing is done.
 void rest_blas_threads();
+
+// Where the address space is limited (ulimit -v): takes the buffers of `threads` callers of BLAS and one more now, as OpenBLAS,
+// when it gets none, asks again for ever; its own threads, of which there are `started`, do so from the first. Empty, or why there
+// is no room for all of them: then the process can end by std::_Exit() alone.
+std::string reserve_blas_memory(int threads, int started);
 
 // BLAS with one thread for work of less than about a tenth of a second (`flops`: of all calls in the object's life). OpenBLAS's
 // threads wait for each other by sched_yield, which beside other programs gives a whole time slice away at each call: the reduction

@@ -158,6 +158,7 @@ TEST_F(DamagedConditioning, everyFigureIsRefusedByName) {
   }
   expect_refused("lowest_omega", 701.0);
   expect_refused("rho_res", Vector(Vector3(0.1, nan, 0.1)));
+  expect_refused("rho_res", Vector(Vector3(0.1, 0.1, 1e300)));
   expect_refused("rho_res", Vector(Vector::Ones(2)));
 }
 

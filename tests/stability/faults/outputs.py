@@ -7,7 +7,7 @@ import time
 
 import h5py
 
-from programs import CALLS, FIELDS, write_mesh, scene, start, run, require_same, require_no_temporary, prepared
+from programs import BIN, CALLS, FIELDS, write_mesh, scene, start, run, require_same, require_no_temporary, prepared
 
 NOBODY = 65534
 
@@ -50,6 +50,17 @@ def case_disk_full(folder):
         errors = run(folder, "cbr-dyn", "kept.yaml", "-o", "kept.h5", before=limit)
         assert errors.count("\n") == 1 and "warning: checkpoint" in errors and "kept.checkpoint.h5" in errors, errors
         assert (folder / "kept.checkpoint.h5").read_bytes() == before
+    require_no_temporary(folder)
+
+
+def case_address_space(folder):
+    """Limited (ulimit -v) to less than BLAS takes, which would ask for it for ever."""
+    prepared(folder)
+    if any(b"__asan_init" in (BIN / call[0]).read_bytes() for call in CALLS.values()):
+        return "(not under the address sanitizer)"
+    for call in CALLS.values():
+        errors = run(folder, *call, expect=1, before=lambda: resource.setrlimit(resource.RLIMIT_AS, (200 << 20, 200 << 20)))
+        assert "address space" in errors and "ulimit -v" in errors, errors
     require_no_temporary(folder)
 
 
