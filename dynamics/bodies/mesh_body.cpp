@@ -32,6 +32,15 @@ SparseMatrix free_basis(Index n_nodes, const std::vector<HeldDirection>& held) {
   return Z;
 }
 
+// Nodes that are held whole are held along the axes: then it does not matter how an instance is turned, and hold() leaves nothing.
+void take_axes(std::vector<HeldDirection>& held) {
+  for (std::size_t i = 0; i + 2 < held.size(); ++i) {
+    if (held[i + 2].node != held[i].node) continue;
+    for (int c = 0; c < 3; ++c, ++i) held[i].direction = Vector3::Unit(c);
+    --i;
+  }
+}
+
 }  // namespace
 
 MeshBody::MeshBody(std::string name, std::shared_ptr<const MeshModel> model, const Placement& placement,
@@ -43,6 +52,7 @@ MeshBody::MeshBody(std::string name, std::shared_ptr<const MeshModel> model, con
   for (Field* p : {&load_, &Ku_, &v_now_}) p->resize(n, 3);
   for (HeldDirection& h : held_) h.node = model_->row_of_node[h.node];
   std::stable_sort(held_.begin(), held_.end(), [](const HeldDirection& a, const HeldDirection& b) { return a.node < b.node; });
+  take_axes(held_);
   v_.rowwise() = (placement_.T.transpose() * placement_.velocity).transpose();
   hold(v_);
   if (consistent()) {
@@ -136,8 +146,15 @@ void MeshBody::internal_forces(const Field& u, Field& Ku) const {
   });
 }
 
-// In coordinates of the free directions alone: parts of a vector that nothing sees would grow from product to product.
 double MeshBody::held_frequency() const {
+  const std::scoped_lock guard(model_->of_held->lock);
+  for (const auto& [held, omega] : model_->of_held->known)
+    if (held == held_) return omega;
+  return model_->of_held->known.emplace_back(held_, find_held_frequency()).second;
+}
+
+// In coordinates of the free directions alone: parts of a vector that nothing sees would grow from product to product.
+double MeshBody::find_held_frequency() const {
   const Index n = model_->mass.size();
   const SparseMatrix Z = consistent() ? Z_ : free_basis(n, held_);  // 3 n x free, rows of the nodes
   if (Z.cols() == 0) return 0;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <mutex>
 #include <span>
 #include <string>
 #include <utility>
@@ -28,6 +29,12 @@ struct MeshModel {
   Matrix MR;            // 3 n x 6, consistent mass only: M times the rigid motions about the centre of mass
   RigidBody rigid_body;
   double largest_frequency = 0;  // of the free model
+  // And of instances that are held, which mostly are held alike
+  struct HeldFrequencies {
+    std::mutex lock;
+    std::vector<std::pair<std::vector<HeldDirection>, double>> known;
+  };
+  std::shared_ptr<HeldFrequencies> of_held = std::make_shared<HeldFrequencies>();
 };
 
 // `lumped`: M is diagonal. RunError when the highest frequency is not found or M is not positive definite. K assembled.
@@ -91,8 +98,9 @@ class MeshBody final : public Body {
   void accelerations(const Field& force, Field& a) const;  // M^-1 f on the free directions
   void load(double t, Field& f) const;
   void internal_forces(const Field& u, Field& Ku) const;
-  const Field& internal_forces() const;                   // K u, formed once for each u
-  double held_frequency() const;                          // the largest one of the free directions
+  const Field& internal_forces() const;  // K u, formed once for each u
+  double held_frequency() const;         // the largest one of the free directions
+  double find_held_frequency() const;
   double scalar_product_of_forces(const Field& v) const;  // v . K u
   void total_accelerations(Field& a) const;               // M^-1 (f - K u)
   const Field& present_velocities() const;                // at the time of u_, in component axes
