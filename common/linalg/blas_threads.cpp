@@ -4,6 +4,7 @@
 #include <sys/mman.h>
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <mutex>
 #include <vector>
 
@@ -38,12 +39,12 @@ std::string reserve_blas_memory(int threads, int started) {
   rlimit limit{};
   if (blas_memory_alloc == nullptr || blas_memory_free == nullptr) return "";
   if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return "";
-  const auto bytes = static_cast<std::size_t>(buffer * (threads + started));
+  const auto bytes = static_cast<std::size_t>(buffer * (threads + std::max(threads, started)));  // ours and BLAS's own
   void* const room = mmap(nullptr, bytes, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
   if (room == MAP_FAILED)
     return format_text(
         "the address space is limited to %.0f MB (ulimit -v), which leaves no %.0f MB for the threads of BLAS: raise the limit, or "
-        "set OPENBLAS_NUM_THREADS=1",
+        "take one thread (OPENBLAS_NUM_THREADS=1)",
         1e-6 * static_cast<double>(limit.rlim_cur), 1e-6 * static_cast<double>(bytes));
   munmap(room, bytes);
   std::vector<void*> buffers(static_cast<std::size_t>(threads + 1));
