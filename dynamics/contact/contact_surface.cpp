@@ -5,6 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <unordered_map>
+
+#include "dynamics/contact/surface_geometry.hpp"
 
 namespace cbr {
 
@@ -43,6 +46,38 @@ double bend(const ContactSurface& surface) {
   return std::max(0.0, *middle);
 }
 
+namespace {
+
+constexpr double nearly_flat = 0.966;  // 15 degrees
+
+// Whether two faces that share a corner make a corner that is hollow and sharper than 45 degrees.
+bool make_a_corner(const FaceCorners& a, const FaceCorners& b) {
+  const Vector3 n_a = mean_normal(a), n_b = mean_normal(b), between = centre(b) - centre(a);
+  return n_a.dot(n_b) < nearly_flat && n_a.dot(between) > 0 && n_b.dot(between) < 0;
+}
+
+void fill_rising(ContactSurface& surface, const Points& points) {
+  std::unordered_map<Index, std::vector<Index>> faces_of;  // of each node
+  const Index n = surface.faces.rows();
+  for (Index f = 0; f < n; ++f)
+    for (int a = 0; a < (is_triangle(surface, f) ? 3 : 4); ++a) faces_of[surface.faces(f, a)].push_back(f);
+  surface.rising.clear();
+  surface.rising_begin.assign(1, 0);
+  for (Index f = 0; f < n; ++f) {
+    const std::ptrdiff_t first = surface.rising_begin.back();
+    const FaceCorners x = corners(surface, f, points);
+    for (int a = 0; a < 4; ++a)
+      for (const Index other : faces_of[surface.faces(f, a)])
+        if (other != f && std::find(surface.rising.begin() + first, surface.rising.end(), other) == surface.rising.end() &&
+            make_a_corner(x, corners(surface, other, points)))
+          surface.rising.push_back(other);
+    surface.rising_begin.push_back(static_cast<Index>(surface.rising.size()));
+  }
+  if (surface.rising.empty()) surface.rising_begin.clear();
+}
+
+}  // namespace
+
 void fill_sizes(ContactSurface& surface, const Points& points) {
   surface.sizes.resize(surface.faces.rows());
   surface.extent.setZero();
@@ -53,6 +88,7 @@ void fill_sizes(ContactSurface& surface, const Points& points) {
     for (int a = 1; a < 4; ++a)
       for (int b = 0; b < a; ++b) surface.extent = surface.extent.cwiseMax((x[a] - x[b]).cwiseAbs());
   }
+  fill_rising(surface, points);
   surface.size = surface.sizes.size() ? surface.sizes.mean() : 0;
   surface.areas.setZero(static_cast<Index>(surface.nodes.size()));
   surface.area_vectors.setZero(surface.areas.size(), 3);

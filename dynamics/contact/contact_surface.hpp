@@ -42,13 +42,20 @@ struct ContactSurface {
   IndexTable middle;
   Vector sizes;     // f, sqrt of the undeformed area: the face's length scale
   double size = 0;  // their mean
-  Vector3 extent = Vector3::Zero();  // of the box around a face, along each of the scene's axes, the largest of all faces, undeformed
-  Vector areas;     // of `nodes`: their share of the undeformed area, a face's shared by its corners
+  Vector3 extent =
+      Vector3::Zero();  // of the box around a face, along each of the scene's axes, the largest of all faces, undeformed
+  Vector areas;         // of `nodes`: their share of the undeformed area, a face's shared by its corners
   // likewise, outward, scene axes: shorter than `areas` where the surface bends at the node
   Points area_vectors;
+  // Faces that rise by more than 45 degrees from face f where they share a corner with it: rising[rising_begin[f]] and so on up to
+  // rising_begin[f + 1]. Both empty where no two faces do.
+  std::vector<Index> rising_begin, rising;
 };
 
-// Sizes and areas; `points` are the undeformed contact nodes of the body.
+// Cosine between normals above which they hold a node in the same direction.
+constexpr double same_side = 0.7;
+
+// Sizes, areas and what rises from what; `points` are the undeformed contact nodes of the body.
 void fill_sizes(ContactSurface& surface, const Points& points);
 
 inline bool is_triangle(const ContactSurface& surface, Index face) { return surface.faces(face, 2) == surface.faces(face, 3); }

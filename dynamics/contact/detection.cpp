@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "dynamics/contact/face_slabs.hpp"
@@ -66,6 +67,7 @@ struct Node {
   Index face = -1;  // touched in the last step, -1: none; at the start of this one it looks along `normal`
   Vector3 normal = Vector3::Zero();
   Vector3 known_normal = Vector3::Zero();  // of the face touched last since the bodies were apart; zero: none
+  std::array<Index, 3> faces{-1, -1, -1};  // all that were touched in the last step; only where faces rise from others
   double lift = 0;                         // an adjusted gap
 };
 
@@ -189,6 +191,56 @@ bool holds_too(const Step& step, const Hit& first, const Hit& second) {
   return first.end_gap >= -1e-6 * step.master.sizes[first.face] && second.start_gap >= 0.5 * second.end_gap;
 }
 
+// Whether a face that rises from the one that holds the node first is to hold it too; fills `hit`. Where the first face lets the
+// node go is in front of the other one or behind it whatever it came through on its way: the two hold it from when it is near both,
+// and as long as it is behind both, so that nothing jumps while it goes over from the one to the other.
+bool holds_from_foot(const Step& step, const Node& node, const Hit& first, Index face, Hit& hit) {
+  const bool triangle = is_triangle(step.master, face);
+  const double size = step.master.sizes[face];
+  const FaceCorners end = corners(step.master, face, step.master_body.end);
+  const Vector3 held = node.end - std::min(0.0, first.end_gap) * first.end.normal;
+  const Projection ahead = project(end, triangle, held);
+  if (!(size > 0) || ahead.normal.isZero()) return false;
+  hit = {};
+  hit.face = face;
+  hit.end = project(end, triangle, node.end);
+  if (std::min(ahead.distance, hit.end.distance) - node.lift > step.reach) return false;
+  const FaceCorners start = corners(step.master, face, step.master_body.start);
+  const Projection before = project(start, triangle, node.start);
+  hit.start_gap = before.distance - node.lift;
+  const bool touched = std::any_of(node.faces.begin(), node.faces.end(), [&](Index f) {
+    return f == face || (f >= 0 && before.normal.dot(mean_normal(corners(step.master, f, step.master_body.start))) >= same_side);
+  });
+  if (-hit.start_gap > (touched ? 1 : step.options.kept_depth) * size) return false;
+  // The foot of the slope beside the node: what lies beyond the slope's ends does not hold it
+  const Vector3 along = ahead.normal - ahead.normal.dot(first.end.normal) * first.end.normal;
+  const Vector3 foot = held - (ahead.distance / along.squaredNorm()) * along;
+  const double edge = touched ? step.options.edge_tolerance : step.options.new_edge_tolerance;
+  if (!(project(end, triangle, foot).outside <= edge)) return false;
+  hit.outside = before.outside;
+  hit.nearly_over = hit.end.outside <= step.options.edge_tolerance;
+  if (touched && before.outside <= edge) touch_where_it_is(before, end, node.end, hit.end);
+  hit.end_gap = hit.end.distance - node.lift;
+  return true;
+}
+
+bool rises_from(const ContactSurface& master, Index face, Index from) {
+  if (master.rising.empty()) return false;
+  const auto begin = master.rising.begin();
+  const auto last = begin + master.rising_begin[from + 1];
+  return std::find(begin + master.rising_begin[from], last, face) != last;
+}
+
+// Puts the faces that rise from the node's first one, and hold it, in the place of what was found of them.
+void ask_rising(const Step& step, const Node& node, std::vector<Hit>& hits) {
+  const ContactSurface& master = step.master;
+  const Index first = hits.front().face;
+  std::erase_if(hits, [&](const Hit& hit) { return rises_from(master, hit.face, first); });
+  Hit hit;
+  for (Index k = master.rising_begin[first]; k < master.rising_begin[first + 1]; ++k)
+    if (holds_from_foot(step, node, hits.front(), master.rising[k], hit)) hits.push_back(hit);
+}
+
 // Near an edge between faces that look nearly the same way a node that touches is held along a mean of their normals, which goes
 // over from the one to the other as the node slides across: no jump, and no side is taken by a node on the edge itself.
 void blend_normals(const Step& step, const Node& node, std::vector<Hit>& hits) {
@@ -197,6 +249,7 @@ void blend_normals(const Step& step, const Node& node, std::vector<Hit>& hits) {
   Vector3 sum = first.end.normal;
   for (std::size_t i = 1; i < hits.size(); ++i) {
     const double share = 1 - std::max(0.0, hits[i].outside) / step.options.edge_tolerance;
+    if (rises_from(step.master, hits[i].face, first.face)) continue;
     if (hits[i].follows && share > 0 && hits[i].end.normal.dot(first.end.normal) >= nearly_same_way)
       sum += share * hits[i].end.normal;
   }
@@ -233,6 +286,7 @@ Node node_of(const Step& step, Index slot, const PairMemory& memory) {
   if (node.face >= 0)
     node.normal = node.face == known ? node.known_normal : mean_normal(corners(step.master, node.face, step.master_body.start));
   node.lift = std::max(0.0, memory.offset[slot]);
+  if (!memory.further_faces.empty()) node.faces = {node.face, memory.further_faces[2 * slot], memory.further_faces[2 * slot + 1]};
   return node;
 }
 
@@ -250,9 +304,12 @@ void detect_node(const Step& step, Index slot, PairMemory& memory, std::vector<H
   // Found behind a face that it has not come through: left where it is, not thrown out
   if (step.initial || (node.face < 0 && start_gap < 0)) keep_overlap(slot, start_gap + node.lift, step.initial, memory);
   if (hits.front().follows && hits.size() > 1) blend_normals(step, node, hits);
+  if (!step.master.rising.empty()) ask_rising(step, node, hits);
   std::size_t n_held = 0;  // the hits that hold come first
   for (std::size_t i = 0; i < hits.size(); ++i) {
-    const auto also = [&](const Hit& first) { return holds_too(step, first, hits[i]); };
+    const auto also = [&](const Hit& first) {
+      return rises_from(step.master, hits[i].face, first.face) || holds_too(step, first, hits[i]);
+    };
     if (!std::all_of(hits.begin(), hits.begin() + static_cast<std::ptrdiff_t>(n_held), also)) continue;
     add_point(step, node, hits[i], memory.offset[slot], points);
     std::swap(hits[n_held++], hits[i]);
@@ -274,28 +331,11 @@ bool are_apart(const ContactBody& slave, const ContactBody& master, const Contac
 
 }  // namespace
 
-void start_memory(Index n, PairMemory& memory) {
-  if (memory.offset.size() != n) memory.offset.setZero(n), memory.face.assign(n, -1), memory.known_face.assign(n, -1);
-}
-
-double contact_reach(double size, double motion, bool initial, const PairMemory& memory) {
-  const double reach = 0.02 * size + 0.5 * motion + memory.adjust;
-  return initial ? std::max(reach, size) : reach;
-}
-
-void keep_overlap(Index slot, double distance, bool initial, PairMemory& memory) {
-  if (initial) {
-    memory.initial_overlap = std::max(memory.initial_overlap, -distance);
-    if (distance >= 0) memory.initial_gap = std::min(memory.initial_gap, distance);
-  }
-  const double closed = initial ? (distance <= memory.adjust ? memory.adjust : 0.0) : std::max(0.0, memory.offset[slot]);
-  memory.offset[slot] = std::min(distance, closed);
-}
-
 void detect(const ContactSurface& slave, const ContactBody& slave_body, const ContactSurface& master,
             const ContactBody& master_body, bool initial, const DetectionOptions& options, PairMemory& memory, ContactList& list) {
   const Index n = static_cast<Index>(slave.nodes.size());
   start_memory(n, memory);
+  if (!master.rising.empty() && memory.further_faces.empty()) memory.further_faces.assign(2 * static_cast<std::size_t>(n), -1);
   if (are_apart(slave_body, master_body, master, initial, options, memory)) {
     forget(memory);
     return;
@@ -312,38 +352,6 @@ void detect(const ContactSurface& slave, const ContactBody& slave_body, const Co
   const std::size_t before = list.points.size();
   for (Index slot = 0; slot < n; ++slot) detect_node(step, slot, memory, hits, list);
   if (list.points.size() == before) forget(memory);
-}
-
-void forget(PairMemory& memory) {
-  if (!memory.has_points) return;
-  memory.has_points = false;
-  std::fill(memory.face.begin(), memory.face.end(), -1);
-  std::fill(memory.known_face.begin(), memory.known_face.end(), -1);
-  memory.offset = memory.offset.cwiseMax(0);
-  memory.impulse.setZero(), memory.elastic_slip.setZero();
-  memory.depth = 0;
-}
-
-void remember(const ContactList& list, std::size_t first, std::size_t last, const Points& end_gap, const Points& impulse,
-              double closed, PairMemory& memory) {
-  if (first == last) return forget(memory);
-  memory.has_points = true;
-  std::fill(memory.face.begin(), memory.face.end(), -1);
-  memory.impulse.setZero(memory.offset.size(), 3);
-  memory.depth = 0;
-  for (std::size_t i = first; i < last; ++i) {
-    const ContactPoint& point = list.points[i];
-    const Index row = static_cast<Index>(i);
-    const double gap = end_gap(row, 0);
-    if (memory.face[point.slot] < 0 && (impulse(row, 0) > 0 || gap < closed))
-      memory.face[point.slot] = memory.known_face[point.slot] = std::max<Index>(point.face, 0);
-    memory.impulse.row(point.slot) += impulse.row(row) * point.frame;
-    // The gap counts from the offset: what has opened stays open. The offset is that of the node's first face
-    double& offset = memory.offset[point.slot];
-    memory.depth = std::max(memory.depth, -gap - offset);
-    const bool is_first = i == first || list.points[i - 1].slot != point.slot;
-    if (offset < 0 && is_first) offset = std::min(0.0, offset + std::max(0.0, gap));
-  }
 }
 
 }  // namespace cbr

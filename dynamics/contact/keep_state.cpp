@@ -25,7 +25,7 @@ void keep_state(StateArchive& archive, PointKey& key) { archive(key.slave, key.m
 void keep_state(StateArchive& archive, GapResponse& W) { archive(W.is_sparse, W.dense, W.sparse); }
 
 void keep_state(StateArchive& archive, PairMemory& memory) {
-  archive(memory.face, memory.known_face, memory.offset, memory.impulse, memory.elastic_slip, memory.near);
+  archive(memory.face, memory.known_face, memory.further_faces, memory.offset, memory.impulse, memory.elastic_slip, memory.near);
   archive(memory.has_points, memory.adjust, memory.initial_overlap, memory.initial_gap, memory.depth);
 }
 

@@ -95,8 +95,14 @@ void book(Simulation& sim, const ContactGroup& group, const EnforcementResult& r
     now.largest_area = std::max(now.largest_area, now.area);
     now.recent_residual = std::max(now.recent_residual, result.residual);
     now.n_fallbacks += result.fallback;
+    if (pair.law.law != ContactLaw::tied) book_pressure(group, of, result, state);
+  }
+}
+
+void remember(const Simulation& sim, const ContactGroup& group, const EnforcementResult& result) {
+  for (const ContactSearch& of : group.searches) {
+    const ContactPair& pair = sim.pairs[of.pair];
     if (pair.law.law == ContactLaw::tied) continue;
-    book_pressure(group, of, result, state);
     remember(group.list, of.first, of.last, result.gap, result.p, 1e-6 * pair.master->size, *of.memory);
   }
 }
@@ -145,19 +151,9 @@ void stretch_springs(const ContactGroup& group, const EnforcementResult& result,
 
 EnforcementResult enforce(Simulation& sim, const ContactGroup& group, double h, ContactState& state, ContactOutcome& outcome) {
   const Index p = group.searches.front().pair;
-  ContactPair& pair = sim.pairs[p];
-  const bool nodal = pair.enforcement == Enforcement::nodal;
-  EnforcementResult result;
-  if (pair.enforcement == Enforcement::penalty) {
-    Points slip = elastic_slips(group);
-    result = enforce_penalty(group.list, group.laws, h, largest_frequency(sim, group) * h, pair.damping, state.bodies,
-                             pair.state().penalty, slip);
-    deliver(sim, group, nodal, h, state, outcome);
-    stretch_springs(group, result, slip, state);
-    return result;
-  }
-  result = nodal ? enforce_nodal(group.list, group.guess, h, state.masses, state.bodies)
-                 : enforce_impulse(group.list, group.laws, group.guess, h, state.bodies, state.islands[p]);
+  const bool nodal = sim.pairs[p].enforcement == Enforcement::nodal;
+  EnforcementResult result = nodal ? enforce_nodal(group.list, group.guess, h, state.masses, state.bodies)
+                                   : enforce_impulse(group.list, group.laws, group.guess, h, state.bodies, state.islands[p]);
   deliver(sim, group, nodal, h, state, outcome);
   return result;
 }
@@ -205,24 +201,73 @@ void settle(Simulation& sim, const ContactGroup& group, ContactState& state, Enf
   result.p += change;
 }
 
-void solve_group(Simulation& sim, const std::vector<Index>& pairs, double h, bool initial, ContactState& state,
-                 ContactOutcome& outcome, StepSeconds& seconds) {
-  const ContactGroup group = [&] {
+// The points of some pairs, ready to be solved; without points the pairs have forgotten what they knew.
+ContactGroup start_group(Simulation& sim, const std::vector<Index>& pairs, double h, bool initial, ContactState& state,
+                         StepSeconds& seconds) {
+  ContactGroup group = [&] {
     const Stopwatch watch(seconds.search);
     return collect(sim, pairs, initial, state);
   }();
   if (group.list.empty()) {
     for (const ContactSearch& of : group.searches) forget(*of.memory);
-    return;
+    return group;
   }
-  {
-    const Stopwatch watch(seconds.response);
-    prepare(sim, group, h, state);
-  }
+  const Stopwatch watch(seconds.response);
+  prepare(sim, group, h, state);
+  return group;
+}
+
+void solve_group(Simulation& sim, const std::vector<Index>& pairs, double h, bool initial, ContactState& state,
+                 ContactOutcome& outcome, StepSeconds& seconds) {
+  const ContactGroup group = start_group(sim, pairs, h, initial, state, seconds);
+  if (group.list.empty()) return;
   const Stopwatch watch(seconds.contact);
   EnforcementResult result = enforce(sim, group, h, state, outcome);
   if (is_newmark(sim, group)) settle(sim, group, state, result);
   book(sim, group, result, state, outcome);
+  remember(sim, group, result);
+}
+
+// Of the points, over the step as far as it is known.
+Vector normal_motions(const ContactGroup& group, const ContactState& state) {
+  Vector motion(static_cast<Index>(group.list.points.size()));
+  for (Index i = 0; i < motion.size(); ++i) {
+    const ContactPoint& point = group.list.points[static_cast<std::size_t>(i)];
+    motion[i] = point.normal().dot(relative_motion(group.list, point, state.bodies));
+  }
+  return motion;
+}
+
+// A pair with springs that have pushed.
+struct PushedSprings {
+  ContactGroup group;
+  EnforcementResult result;  // gaps without any impulses of the step
+  Points slip;               // see elastic_slips
+  Vector motion;             // of the points along their normals, as the gaps know it
+};
+
+void push_springs(Simulation& sim, Index p, double h, bool initial, ContactState& state, ContactOutcome& outcome,
+                  StepSeconds& seconds, std::vector<PushedSprings>& pushed) {
+  PushedSprings springs{start_group(sim, {p}, h, initial, state, seconds), {}, {}, {}};
+  const ContactGroup& group = springs.group;
+  if (group.list.empty()) return;
+  const Stopwatch watch(seconds.contact);
+  ContactPair& pair = sim.pairs[p];
+  springs.slip = elastic_slips(group);
+  springs.motion = normal_motions(group, state);
+  springs.result = enforce_penalty(group.list, group.laws, h, largest_frequency(sim, group) * h, pair.damping, state.bodies,
+                                   pair.state().penalty, springs.slip);
+  deliver(sim, group, false, h, state, outcome);
+  book(sim, group, springs.result, state, outcome);
+  pushed.push_back(std::move(springs));
+}
+
+// Once all that acts in the step is known: a node that is pressed into a face by what acts elsewhere touches it as well as one that
+// comes by itself. Else it would count as found behind the face, and be left there, deeper with every step.
+void finish_springs(const Simulation& sim, const ContactState& state, PushedSprings& springs) {
+  springs.result.gap.col(0) += normal_motions(springs.group, state) - springs.motion;
+  stretch_springs(springs.group, springs.result, springs.slip, state);
+  remember(sim, springs.group, springs.result);
 }
 
 // For messages: "impact.yaml:12: contact a.top - b.bottom: "
@@ -324,10 +369,12 @@ void contact_step(Simulation& sim, const std::vector<Index>& due, double h, bool
   outcome.next_step();
   outcome.searched = due;
   // Penalty knows the start only; impulses see its effect on the end; nodal changes what the others leave.
+  std::vector<PushedSprings> pushed;
   for (const Index p : due)
-    if (sim.pairs[p].enforcement == Enforcement::penalty) solve_group(sim, {p}, h, initial, state, outcome, seconds);
+    if (sim.pairs[p].enforcement == Enforcement::penalty) push_springs(sim, p, h, initial, state, outcome, seconds, pushed);
   for (const Enforcement enforcement : {Enforcement::impulse, Enforcement::nodal})
     for (const auto& pairs : islands(sim, due, enforcement)) solve_group(sim, pairs, h, initial, state, outcome, seconds);
+  for (PushedSprings& springs : pushed) finish_springs(sim, state, springs);
   for (const Index p : due) {
     if (!outcome.near[p] || outcome.has_met[p]) continue;
     outcome.has_met[p] = 1;

@@ -116,6 +116,7 @@ struct Meeting {
 struct Node {
   Vector3 start, end;
   Index face = -1;
+  std::vector<Index> touched;
   Vector3 normal = Vector3::Zero(), known_normal = Vector3::Zero();  // of the faces touched in the last step, and last of all
 };
 
@@ -193,13 +194,44 @@ bool holds_too(const Meeting& first, const Meeting& other) {
   return first.end_gap >= -1e-6 * first.size && other.start_gap >= 0.5 * other.end_gap;
 }
 
+bool is_among(const std::vector<Index>& faces, Index face) { return std::find(faces.begin(), faces.end(), face) != faces.end(); }
+
+// A face that rises from the first one: what the first one does not let through is at the foot of it, or goes into it.
+std::optional<Meeting> meeting_at_foot(const DenseSurface& master, const DensePath& path, std::size_t face, const Node& node,
+                                       const Meeting& first, double reach) {
+  const Corners start = corners(master.faces[face], path.start), end = corners(master.faces[face], path.end);
+  Meeting m;
+  m.face = static_cast<Index>(face), m.size = master.sizes[face], m.end_corners = end;
+  const Vector3 n = first.end.normal, held = node.end - std::min(0.0, first.end_gap) * n;
+  const Foot ahead = foot_on(end, held), before = foot_on(start, node.start);
+  m.end = foot_on(end, node.end);
+  m.start_gap = before.distance, m.outside = before.outside;
+  const bool touched = std::any_of(node.touched.begin(), node.touched.end(), [&](Index f) {
+    return f == m.face ||
+           before.normal.dot(mean_normal(corners(master.faces[static_cast<std::size_t>(f)], path.start))) >= same_way;
+  });
+  // The line in which the two planes meet, beside `held`: what is sought is on both, at a right angle to the line
+  Matrix3 planes;
+  planes << n.transpose(), ahead.normal.transpose(), n.cross(ahead.normal).transpose();
+  const Vector3 on_line = held + planes.inverse() * Vector3(0, -ahead.distance, 0);
+  const double edge = touched ? held_edge : new_edge;
+  m.near_over_end = m.end.outside <= held_edge;
+  const bool is_near = std::min(ahead.distance, m.end.distance) <= reach;
+  const bool is_not_behind = -m.start_gap <= (touched ? 1.0 : kept_depth) * m.size;
+  if (!is_near || !is_not_behind || foot_on(end, on_line).outside > edge) return {};
+  if (touched && before.outside <= edge) m.end = foot_of(before.weights, before.normal, m.end.outside, end, node.end);
+  m.end_gap = m.end.distance;
+  return m;
+}
+
 // Near an edge between faces that look nearly the same way the normal goes over from the one to the other.
-void blend(std::vector<Meeting>& meetings, const Node& node) {
+void blend(std::vector<Meeting>& meetings, const Node& node, const std::vector<Index>& rising) {
   Meeting& first = meetings.front();
   if (!first.follows || meetings.size() < 2) return;
   Vector3 normal = first.end.normal;
   for (std::size_t i = 1; i < meetings.size(); ++i) {
     const Meeting& m = meetings[i];
+    if (is_among(rising, m.face)) continue;
     const double share = 1 - std::max(0.0, m.outside) / held_edge;
     if (m.follows && share > 0 && m.end.normal.dot(first.end.normal) >= nearly_same_way) normal += share * m.end.normal;
   }
@@ -230,8 +262,12 @@ std::vector<DensePoint> dense_face_points(const DenseSurface& slave, const Dense
   };
   std::vector<DensePoint> points;
   for (std::size_t i = 0; i < slave.nodes.size(); ++i) {
-    const Node node{slave_path.start.row(slave.nodes[i]).transpose(), slave_path.end.row(slave.nodes[i]).transpose(),
-                    memory.face[i], normal_of(memory.face[i]), normal_of(memory.known_face[i])};
+    const Node node{slave_path.start.row(slave.nodes[i]).transpose(),
+                    slave_path.end.row(slave.nodes[i]).transpose(),
+                    memory.face[i],
+                    memory.touched[i],
+                    normal_of(memory.face[i]),
+                    normal_of(memory.known_face[i])};
     std::vector<Meeting> meetings;
     for (std::size_t f = 0; f < master.faces.size(); ++f)
       if (const auto m = meeting(master, master_path, f, node, reach, initial)) meetings.push_back(*m);
@@ -239,10 +275,18 @@ std::vector<DensePoint> dense_face_points(const DenseSurface& slave, const Dense
     std::stable_sort(meetings.begin(), meetings.end(), comes_first);
     const double start_gap = meetings.front().start_gap;
     if (initial || (node.face < 0 && start_gap < 0)) memory.offset[i] = std::min(0.0, start_gap);
-    blend(meetings, node);
+    const std::vector<Index>& rising = master.rising[static_cast<std::size_t>(meetings.front().face)];
+    blend(meetings, node, rising);
+    std::erase_if(meetings, [&](const Meeting& m) { return is_among(rising, m.face); });
+    for (const Index face : rising)
+      if (const auto m = meeting_at_foot(master, master_path, static_cast<std::size_t>(face), node, meetings.front(), reach))
+        meetings.push_back(*m);
     std::vector<Meeting> holding;
     for (const Meeting& m : meetings) {
-      if (!std::all_of(holding.begin(), holding.end(), [&](const Meeting& first) { return holds_too(first, m); })) continue;
+      const auto with = [&](const Meeting& first) {
+        return is_among(master.rising[static_cast<std::size_t>(first.face)], m.face) || holds_too(first, m);
+      };
+      if (!std::all_of(holding.begin(), holding.end(), with)) continue;
       holding.push_back(m);
       DensePoint point;
       point.frame = dense_frame(m.end.normal);

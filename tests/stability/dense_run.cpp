@@ -43,6 +43,7 @@ class Run {
     for (std::size_t p = 0; p < pairs_.size(); ++p)
       if (pairs_[p].penalty) step_springs(p);
     step_impulses();
+    finish_springs();
     for (DenseStepper& body : steppers_) body.accept();
     initial_ = false;
     for (const DensePair& pair : pairs_) {
@@ -67,6 +68,12 @@ class Run {
   struct Springs {
     double k = 0, c = 0;
     std::size_t n_seen = 0;
+  };
+
+  struct PushedSprings {
+    Group group;
+    Vector gap_without_motion, p;
+    std::vector<Vector3> kept;  // see step_springs
   };
 
   DensePath path(const DenseSurface& s) const {
@@ -264,18 +271,39 @@ class Run {
         kept.back() = stretch - (motion - n.dot(motion) * n);
         row += 3;
       }
+    const Vector motion = normal_motions(group);
     push(group, p);
-    remember(group, g, p);
-    row = 0;
-    for (const Search& s : group.searches) {
-      s.memory->stretch.setZero();
-      for (std::size_t i = s.first; i < s.last; ++i) {
-        const Vector3 n = group.points[i].frame.row(0).transpose(), motion = slip(group.points[i]);
-        if (group.mu[i] > 0 && p[row] > 0)
-          s.memory->stretch.row(group.points[i].slot) = (kept[i] + motion - n.dot(motion) * n).transpose();
-        row += group.mu[i] > 0 ? 3 : 1;
+    pushed_.push_back({std::move(group), g - motion, p, std::move(kept)});
+  }
+
+  // By the gaps and slips with all that has acted in the step.
+  void finish_springs() {
+    for (const PushedSprings& springs : pushed_) {
+      const Group& group = springs.group;
+      remember(group, springs.gap_without_motion + normal_motions(group), springs.p);
+      Index row = 0;
+      for (const Search& s : group.searches) {
+        s.memory->stretch.setZero();
+        for (std::size_t i = s.first; i < s.last; ++i) {
+          const Vector3 n = group.points[i].frame.row(0).transpose(), motion = slip(group.points[i]);
+          if (group.mu[i] > 0 && springs.p[row] > 0)
+            s.memory->stretch.row(group.points[i].slot) = (springs.kept[i] + motion - n.dot(motion) * n).transpose();
+          row += group.mu[i] > 0 ? 3 : 1;
+        }
       }
     }
+    pushed_.clear();
+  }
+
+  // In the rows of the gaps; 0 in those of slips.
+  Vector normal_motions(const Group& group) const {
+    Vector motion = Vector::Zero(n_rows(group));
+    Index row = 0;
+    for (std::size_t i = 0; i < group.points.size(); ++i) {
+      motion[row] = group.points[i].frame.row(0).dot(slip(group.points[i]));
+      row += group.mu[i] > 0 ? 3 : 1;
+    }
+    return motion;
   }
 
   const std::vector<DensePair>& pairs_;
@@ -284,6 +312,7 @@ class Run {
   std::vector<DenseStepper> steppers_;
   std::vector<DenseMemory> memory_, back_;
   std::vector<Springs> springs_;
+  std::vector<PushedSprings> pushed_;
   std::vector<Points> impulse_;
   DenseMotion motion_;
 };

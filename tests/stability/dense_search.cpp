@@ -7,6 +7,7 @@
 #include <cmath>
 #include <set>
 #include <stdexcept>
+#include <utility>
 
 namespace cbr::test {
 namespace {
@@ -24,6 +25,26 @@ std::vector<std::array<int, 4>> pieces(Index n) {
   if (n == 6) return {{0, 3, 5, 5}, {3, 1, 4, 4}, {5, 4, 2, 2}, {3, 4, 5, 5}};
   if (n == 8) return {{0, 4, 7, 7}, {4, 1, 5, 5}, {5, 2, 6, 6}, {6, 3, 7, 7}, {4, 5, 6, 7}};
   throw std::runtime_error("the oracle knows no such face");
+}
+
+void fill_rising(DenseSurface& surface, const Points& X) {
+  const auto normal_and_middle = [&](const std::array<Index, 4>& face) {
+    std::array<Vector3, 4> x;
+    for (std::size_t a = 0; a < 4; ++a) x[a] = X.row(face[a]).transpose();
+    Vector3 middle = x[0] + x[1] + x[2];
+    middle = face[2] == face[3] ? Vector3(middle / 3) : Vector3((middle + x[3]) / 4);
+    return std::pair<Vector3, Vector3>((x[2] - x[0]).cross(x[3] - x[1]).normalized(), middle);
+  };
+  surface.rising.resize(surface.faces.size());
+  for (std::size_t f = 0; f < surface.faces.size(); ++f)
+    for (std::size_t g = 0; g < surface.faces.size(); ++g) {
+      const auto &at = surface.faces[f], &other = surface.faces[g];
+      if (f == g || std::find_first_of(at.begin(), at.end(), other.begin(), other.end()) == at.end()) continue;
+      const auto [n_f, x_f] = normal_and_middle(at);
+      const auto [n_g, x_g] = normal_and_middle(other);
+      if (n_f.dot(n_g) < 0.966 && n_f.dot(x_g - x_f) > 0 && n_g.dot(x_g - x_f) < 0)
+        surface.rising[f].push_back(static_cast<Index>(g));
+    }
 }
 
 }  // namespace
@@ -45,6 +66,7 @@ DenseSurface dense_surface(Index body, const IndexTable& faces, const Points& X)
       surface.sizes.push_back(std::sqrt(0.5 * (x[2] - x[0]).cross(x[3] - x[1]).norm()));
       surface.size += surface.sizes.back();
     }
+  fill_rising(surface, X);
   surface.size /= static_cast<double>(surface.faces.size());
   surface.nodes.assign(nodes.begin(), nodes.end());
   return surface;
@@ -72,6 +94,7 @@ void start(const DenseSurface& slave, DenseMemory& memory) {
   if (!memory.face.empty()) return;
   const std::size_t n = slave.nodes.size();
   memory.face.assign(n, -1), memory.known_face.assign(n, -1), memory.offset.assign(n, 0);
+  memory.touched.assign(n, {});
   memory.stretch = Points::Zero(static_cast<Index>(n), 3);
 }
 
@@ -105,6 +128,7 @@ void dense_remember(const DenseSurface& slave, const std::vector<DensePoint>& po
                     const std::vector<double>& p_n, double master_size, DenseMemory& memory) {
   start(slave, memory);
   std::fill(memory.face.begin(), memory.face.end(), -1);
+  for (auto& faces : memory.touched) faces.clear();
   if (points.empty()) {  // apart
     std::fill(memory.known_face.begin(), memory.known_face.end(), -1);
     std::fill(memory.offset.begin(), memory.offset.end(), 0.0);
@@ -113,8 +137,9 @@ void dense_remember(const DenseSurface& slave, const std::vector<DensePoint>& po
   }
   for (std::size_t k = 0; k < points.size(); ++k) {
     const auto slot = static_cast<std::size_t>(points[k].slot);
-    if (memory.face[slot] < 0 && (p_n[k] > 0 || end_gap[k] < 1e-6 * master_size))
-      memory.face[slot] = memory.known_face[slot] = points[k].face;
+    const bool touches = p_n[k] > 0 || end_gap[k] < 1e-6 * master_size;
+    if (memory.face[slot] < 0 && touches) memory.face[slot] = memory.known_face[slot] = points[k].face;
+    if (touches) memory.touched[slot].push_back(points[k].face);
     const bool is_first = k == 0 || points[k - 1].slot != points[k].slot;
     // What has opened of an overlap stays open
     double& offset = memory.offset[slot];

@@ -15,6 +15,8 @@ struct DenseSurface {
   std::vector<Index> nodes;                 // of the faces
   std::vector<double> sizes;                // of the faces, sqrt(area), undeformed
   double size = 0;                          // their mean
+  std::vector<std::vector<Index>>
+      rising;  // of each face: those that meet it in a hollow corner sharper than 15 degrees, undeformed
 };
 // Faces of 3, 4, 6 or 8 nodes a row; X: undeformed, scene axes.
 DenseSurface dense_surface(Index body, const IndexTable& faces, const Points& X);
@@ -41,9 +43,10 @@ struct DensePoint {
 
 // What a pair remembers of each slave node.
 struct DenseMemory {
-  std::vector<Index> face, known_face;  // touched in the last step; last since the surfaces were apart. -1: none
-  std::vector<double> offset;           // g_0, not above 0: an overlap that is left
-  Points stretch;                       // of the springs of friction, scene axes
+  std::vector<Index> face, known_face;      // touched in the last step; last since the surfaces were apart. -1: none
+  std::vector<std::vector<Index>> touched;  // all faces, in the last step
+  std::vector<double> offset;               // g_0, not above 0: an overlap that is left
+  Points stretch;                           // of the springs of friction, scene axes
 };
 
 // Positions of all visible nodes of a body at the start and, without impulses, at the end of the step.
