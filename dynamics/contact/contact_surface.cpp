@@ -40,8 +40,11 @@ double facing_area(const ContactSurface& surface, Index slot, const Vector3& nor
 
 double bend(const ContactSurface& surface) {
   if (surface.area_vectors.rows() == 0) return 0;
-  Vector of_nodes = Vector::Ones(surface.areas.size()) - surface.area_vectors.rowwise().norm().cwiseQuotient(surface.areas);
-  const auto middle = of_nodes.begin() + of_nodes.size() / 2;
+  std::vector<double> of_nodes;  // nodes amid the sides of faces of second order carry no area
+  for (Index i = 0; i < surface.areas.size(); ++i)
+    if (surface.areas[i] > 0) of_nodes.push_back(1 - surface.area_vectors.row(i).norm() / surface.areas[i]);
+  if (of_nodes.empty()) return 0;
+  const auto middle = of_nodes.begin() + static_cast<std::ptrdiff_t>(of_nodes.size() / 2);
   std::nth_element(of_nodes.begin(), middle, of_nodes.end());
   return std::max(0.0, *middle);
 }

@@ -4,8 +4,8 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <span>
 
 #include "dynamics/contact/face_slabs.hpp"
 #include "dynamics/contact/surface_geometry.hpp"
@@ -52,7 +52,9 @@ struct Hit {
   // When the node went through the face, as a share of the step; not above 0: it was behind it at the start, by this share of the
   // face's size. The last face that a node goes through is the one by which it enters a convex body.
   double entry = 0;
-  double outside = 0;  // how far the node is off the face now, as a share of the face's size; not above 0: over it
+  // How far the node is off the face now, as a share of the face's size, not above 0: over it; of a face that rises from another:
+  // the foot of the slope beside the node
+  double outside = 0;
   bool over_now = false, over_at_end = false, nearly_over = false;
   bool right_over_at_end = false;  // not only within the tolerance of what was touched before
   bool same = false;               // it is the face that the node touched in the last step
@@ -67,7 +69,7 @@ struct Node {
   Index face = -1;  // touched in the last step, -1: none; at the start of this one it looks along `normal`
   Vector3 normal = Vector3::Zero();
   Vector3 known_normal = Vector3::Zero();  // of the face touched last since the bodies were apart; zero: none
-  std::array<Index, 3> faces{-1, -1, -1};  // all that were touched in the last step; only where faces rise from others
+  std::span<const Index> further;          // more faces that were touched in the last step, -1 behind the last
   double lift = 0;                         // an adjusted gap
 };
 
@@ -208,16 +210,17 @@ bool holds_from_foot(const Step& step, const Node& node, const Hit& first, Index
   const FaceCorners start = corners(step.master, face, step.master_body.start);
   const Projection before = project(start, triangle, node.start);
   hit.start_gap = before.distance - node.lift;
-  const bool touched = std::any_of(node.faces.begin(), node.faces.end(), [&](Index f) {
+  const auto is_this = [&](Index f) {
     return f == face || (f >= 0 && before.normal.dot(mean_normal(corners(step.master, f, step.master_body.start))) >= same_side);
-  });
+  };
+  const bool touched = is_this(node.face) || std::any_of(node.further.begin(), node.further.end(), is_this);
   if (-hit.start_gap > (touched ? 1 : step.options.kept_depth) * size) return false;
   // The foot of the slope beside the node: what lies beyond the slope's ends does not hold it
   const Vector3 along = ahead.normal - ahead.normal.dot(first.end.normal) * first.end.normal;
   const Vector3 foot = held - (ahead.distance / along.squaredNorm()) * along;
   const double edge = touched ? step.options.edge_tolerance : step.options.new_edge_tolerance;
-  if (!(project(end, triangle, foot).outside <= edge)) return false;
-  hit.outside = before.outside;
+  hit.outside = project(end, triangle, foot).outside;
+  if (!(hit.outside <= edge)) return false;
   hit.nearly_over = hit.end.outside <= step.options.edge_tolerance;
   if (touched && before.outside <= edge) touch_where_it_is(before, end, node.end, hit.end);
   hit.end_gap = hit.end.distance - node.lift;
@@ -231,14 +234,20 @@ bool rises_from(const ContactSurface& master, Index face, Index from) {
   return std::find(begin + master.rising_begin[from], last, face) != last;
 }
 
-// Puts the faces that rise from the node's first one, and hold it, in the place of what was found of them.
+// Puts the faces that rise from the node's first one, and hold it, in the place of what was found of them. Of a slope of several
+// faces the one that the foot is at comes first.
 void ask_rising(const Step& step, const Node& node, std::vector<Hit>& hits) {
   const ContactSurface& master = step.master;
   const Index first = hits.front().face;
   std::erase_if(hits, [&](const Hit& hit) { return rises_from(master, hit.face, first); });
+  const auto n_others = static_cast<std::ptrdiff_t>(hits.size());
   Hit hit;
   for (Index k = master.rising_begin[first]; k < master.rising_begin[first + 1]; ++k)
     if (holds_from_foot(step, node, hits.front(), master.rising[k], hit)) hits.push_back(hit);
+  std::sort(hits.begin() + n_others, hits.end(), [](const Hit& a, const Hit& b) {
+    const double off_a = std::round(1e6 * std::max(0.0, a.outside)), off_b = std::round(1e6 * std::max(0.0, b.outside));
+    return off_a != off_b ? off_a < off_b : a.end_gap < b.end_gap;
+  });
 }
 
 // Near an edge between faces that look nearly the same way a node that touches is held along a mean of their normals, which goes
@@ -286,7 +295,9 @@ Node node_of(const Step& step, Index slot, const PairMemory& memory) {
   if (node.face >= 0)
     node.normal = node.face == known ? node.known_normal : mean_normal(corners(step.master, node.face, step.master_body.start));
   node.lift = std::max(0.0, memory.offset[slot]);
-  if (!memory.further_faces.empty()) node.faces = {node.face, memory.further_faces[2 * slot], memory.further_faces[2 * slot + 1]};
+  if (!memory.further_faces.empty())
+    node.further =
+        std::span(memory.further_faces).subspan(static_cast<std::size_t>(slot) * PairMemory::n_further, PairMemory::n_further);
   return node;
 }
 
@@ -335,7 +346,8 @@ void detect(const ContactSurface& slave, const ContactBody& slave_body, const Co
             const ContactBody& master_body, bool initial, const DetectionOptions& options, PairMemory& memory, ContactList& list) {
   const Index n = static_cast<Index>(slave.nodes.size());
   start_memory(n, memory);
-  if (!master.rising.empty() && memory.further_faces.empty()) memory.further_faces.assign(2 * static_cast<std::size_t>(n), -1);
+  if (!master.rising.empty() && memory.further_faces.empty())
+    memory.further_faces.assign(PairMemory::n_further * static_cast<std::size_t>(n), -1);
   if (are_apart(slave_body, master_body, master, initial, options, memory)) {
     forget(memory);
     return;

@@ -66,7 +66,8 @@ class TermSums {
 
 int n_corners(const ContactSurface& surface, Index face) { return is_triangle(surface, face) ? 3 : 4; }
 
-// Corners of all segments, ascending by slot.
+// Corners of all segments, ascending by slot. Those of one slot from the largest face to the smallest: which look the same way
+// hangs on which comes first, and is not to hang on how the faces are numbered.
 std::vector<Corner> corners_by_slot(const ContactSurface& slave, const std::vector<FacePair>& pairs) {
   std::vector<Corner> corners;
   corners.reserve(4 * pairs.size());
@@ -80,7 +81,11 @@ std::vector<Corner> corners_by_slot(const ContactSurface& slave, const std::vect
     before = face;
     for (int j = 0; j < n; ++j) corners.push_back({static_cast<Index>(i), slot[j], -1, j});
   }
-  std::stable_sort(corners.begin(), corners.end(), [](const Corner& a, const Corner& b) { return a.slot < b.slot; });
+  const auto size = [&](const Corner& corner) {  // rounded: equal sizes stay equal
+    return std::round(1e9 * slave.sizes[pairs[static_cast<std::size_t>(corner.segment)].slave_face] / slave.size);
+  };
+  std::stable_sort(corners.begin(), corners.end(),
+                   [&](const Corner& a, const Corner& b) { return a.slot != b.slot ? a.slot < b.slot : size(a) > size(b); });
   return corners;
 }
 

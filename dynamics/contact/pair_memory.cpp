@@ -12,8 +12,9 @@ void touch(Index slot, Index face, PairMemory& memory) {
     return;
   }
   if (memory.further_faces.empty()) return;
-  Index* const further = &memory.further_faces[2 * slot];
-  further[further[0] < 0 ? 0 : 1] = face;
+  const auto first = memory.further_faces.begin() + slot * static_cast<Index>(PairMemory::n_further);
+  const auto place = std::find(first, first + PairMemory::n_further, -1);
+  if (place != first + PairMemory::n_further) *place = face;
 }
 
 }  // namespace

@@ -14,7 +14,9 @@ namespace cbr {
 struct PairMemory {
   std::vector<Index> face;        // master face it touched in the last step, or -1
   std::vector<Index> known_face;  // the one that it touched last since the bodies were apart, or -1
-  // further faces that it touched in the last step, two per node, or -1; empty where no faces rise from others
+  // Further faces that it touched in the last step, so many places per node, -1 behind the last; empty where no faces rise from
+  // others.
+  static constexpr std::size_t n_further = 7;
   std::vector<Index> further_faces;
   // Distance that counts as closed: < 0: overlap that is left as it is; > 0: an initial gap that was adjusted.
   Vector offset;

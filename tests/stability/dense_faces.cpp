@@ -205,7 +205,7 @@ std::optional<Meeting> meeting_at_foot(const DenseSurface& master, const DensePa
   const Vector3 n = first.end.normal, held = node.end - std::min(0.0, first.end_gap) * n;
   const Foot ahead = foot_on(end, held), before = foot_on(start, node.start);
   m.end = foot_on(end, node.end);
-  m.start_gap = before.distance, m.outside = before.outside;
+  m.start_gap = before.distance;
   const bool touched = std::any_of(node.touched.begin(), node.touched.end(), [&](Index f) {
     return f == m.face ||
            before.normal.dot(mean_normal(corners(master.faces[static_cast<std::size_t>(f)], path.start))) >= same_way;
@@ -218,7 +218,8 @@ std::optional<Meeting> meeting_at_foot(const DenseSurface& master, const DensePa
   m.near_over_end = m.end.outside <= held_edge;
   const bool is_near = std::min(ahead.distance, m.end.distance) <= reach;
   const bool is_not_behind = -m.start_gap <= (touched ? 1.0 : kept_depth) * m.size;
-  if (!is_near || !is_not_behind || foot_on(end, on_line).outside > edge) return {};
+  m.outside = foot_on(end, on_line).outside;
+  if (!is_near || !is_not_behind || m.outside > edge) return {};
   if (touched && before.outside <= edge) m.end = foot_of(before.weights, before.normal, m.end.outside, end, node.end);
   m.end_gap = m.end.distance;
   return m;
@@ -281,6 +282,12 @@ std::vector<DensePoint> dense_face_points(const DenseSurface& slave, const Dense
     for (const Index face : rising)
       if (const auto m = meeting_at_foot(master, master_path, static_cast<std::size_t>(face), node, meetings.front(), reach))
         meetings.push_back(*m);
+    const auto slopes =
+        std::stable_partition(meetings.begin(), meetings.end(), [&](const Meeting& m) { return !is_among(rising, m.face); });
+    std::sort(slopes, meetings.end(), [](const Meeting& a, const Meeting& b) {
+      const double off_a = std::round(1e6 * std::max(0.0, a.outside)), off_b = std::round(1e6 * std::max(0.0, b.outside));
+      return off_a != off_b ? off_a < off_b : a.end_gap < b.end_gap;
+    });
     std::vector<Meeting> holding;
     for (const Meeting& m : meetings) {
       const auto with = [&](const Meeting& first) {

@@ -14,7 +14,7 @@ namespace {
 using Vector2 = Eigen::Vector2d;
 
 // Murty's principal pivoting: 0 <= p, 0 <= g + W p, p . (g + W p) = 0. One choice at a time, the first that is wrong; finite when W
-// is positive definite.
+// is positive definite. Empty where it ends nowhere.
 Vector complementary(const Matrix& W, const Vector& g) {
   const Index n = g.size();
   const double tolerance = 1e-14 * g.cwiseAbs().maxCoeff();
@@ -32,7 +32,17 @@ Vector complementary(const Matrix& W, const Vector& g) {
     if (wrong < 0) return p;
     active[static_cast<std::size_t>(wrong)] ^= 1;
   }
-  throw std::runtime_error("the oracle's complementarity problem is not solved");
+  return {};
+}
+
+// Whether those that press do so in one way only.
+bool is_definite(const Matrix& W, const Vector& p) {
+  std::vector<Index> in;
+  for (Index i = 0; i < p.size(); ++i)
+    if (p[i] > 0) in.push_back(i);
+  if (in.empty()) return true;
+  const Vector lambda = Eigen::SelfAdjointEigenSolver<Matrix>(W(in, in), Eigen::EigenvaluesOnly).eigenvalues();
+  return lambda.minCoeff() > 1e-10 * lambda.maxCoeff();
 }
 
 // A point that slides, for a direction of its tangential impulse at the angle `at`: p = p_n (1, mu cos, mu sin) with gap_n = 0.
@@ -118,17 +128,27 @@ Vector point_by_point(const Matrix& W, const Vector& g, const std::vector<double
     if (change <= 1e-16 * scale) break;
     if (sweep % 10 == 9 && law_violation(W, g, mu, p) <= 3e-16 * scale) break;
   }
-  if (!(law_violation(W, g, mu, p) <= 1e-13 * scale)) throw std::runtime_error("the oracle's problem with friction is not solved");
   return p;
 }
 
 }  // namespace
 
 DenseImpulses dense_impulses(const Matrix& W, const Vector& g, const std::vector<double>& mu) {
-  if (std::none_of(mu.begin(), mu.end(), [](double m) { return m > 0; })) return {complementary(W, g)};
+  const auto is_solved = [&](const Vector& p) { return law_violation(W, g, mu, p) <= 1e-13 * g.cwiseAbs().maxCoeff(); };
+  const bool friction = std::any_of(mu.begin(), mu.end(), [](double m) { return m > 0; });
+  if (!friction) {
+    Vector p = complementary(W, g);
+    if (p.size() == 0) p = point_by_point(W, g, mu, Vector::Zero(g.size()));
+    if (!is_solved(p)) throw std::runtime_error("the oracle's complementarity problem is not solved");
+    return {p, !is_definite(W, p), false};
+  }
   const Vector p = point_by_point(W, g, mu, Vector::Zero(g.size()));
   const Vector other = point_by_point(W, g, mu, Vector::Constant(g.size(), 3 * p.cwiseAbs().maxCoeff()));
-  return {p, (other - p).cwiseAbs().maxCoeff() > 1e-9 * p.cwiseAbs().maxCoeff()};
+  if (!is_solved(p) || !is_solved(other)) return {p, true, true};
+  const auto differ = [](const Vector& a, const Vector& b) {
+    return (a - b).cwiseAbs().maxCoeff() > 1e-9 * b.cwiseAbs().maxCoeff();
+  };
+  return {p, differ(other, p), differ(W * other, W * p)};
 }
 
 }  // namespace cbr::test

@@ -181,7 +181,9 @@ class Run {
 
   Vector solve(const Matrix& W, const Vector& g, const std::vector<double>& mu) {
     const DenseImpulses found = dense_impulses(W, g, mu);
-    motion_.is_unique = motion_.is_unique && !found.several;
+    // Newmark settles the velocities of those points that press, and no others
+    const bool newmark = std::any_of(steppers_.begin(), steppers_.end(), [](const DenseStepper& b) { return b.is_newmark(); });
+    motion_.is_unique = motion_.is_unique && !(newmark ? found.several : found.several_motions);
     return found.p;
   }
 
@@ -324,7 +326,10 @@ DenseMotion dense_motion(const std::vector<DenseBody>& bodies, const std::vector
   Run run(bodies, pairs, h);
   for (Index output = 1; output < n_outputs; ++output) {
     run.begin_output();
-    for (Index i = 0; i < steps_per_output; ++i) run.step();
+    for (Index i = 0; i < steps_per_output; ++i) {
+      run.step();
+      if (!run.motion().is_unique) return std::move(run.motion());  // what follows is one of several
+    }
     run.record();
   }
   return std::move(run.motion());

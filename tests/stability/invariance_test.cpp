@@ -139,6 +139,17 @@ void try_all(const test::Seeds& seeds, RandomScene (*make)(unsigned), void (*mor
 
 TEST(RandomScenes, DoNotDependOnHowTheyAreToldOf) { try_all(test::seeds(), test::random_scene, try_domains); }
 
+TEST(RandomScenes, OfGroovesDoNotDependOnHowTheyAreToldOf) {
+  test::Seeds seeds = test::seeds();
+  if (!seeds.thorough) seeds.count = 50;
+  const auto grooves = [](unsigned seed) {
+    RandomScene scene = test::random_scene(seed);
+    test::make_groove(scene);
+    return scene;
+  };
+  try_all(seeds, grooves, try_domains);
+}
+
 TEST(RandomScenes, OfOtherBasesDoNotDependOnHowTheyAreToldOf) {
   test::Seeds seeds = test::seeds();
   if (!seeds.thorough) seeds.count = 40;

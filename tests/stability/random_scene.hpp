@@ -76,6 +76,10 @@ RandomScene random_scene(unsigned seed);
 // drawn from a stream of its own, so that random_scene() gives what it gave.
 RandomScene random_scene_of_bases(unsigned seed);
 
+// Makes x_max of the first body a groove or a pit that a nose of the second comes into, from whatever side; false for a scene of
+// one body, which is left.
+bool make_groove(RandomScene& scene);
+
 // 3 for each node that no set of the interface has.
 Index interior_dofs(const RandomBody& body);
 

@@ -21,6 +21,7 @@ import rows_bases  # noqa: F401  (registers rows)
 import rows_condition  # noqa: F401
 import rows_contact  # noqa: F401
 import rows_elements  # noqa: F401
+import rows_grooves  # noqa: F401
 import rows_input  # noqa: F401
 import rows_reduction  # noqa: F401
 import rows_steps  # noqa: F401

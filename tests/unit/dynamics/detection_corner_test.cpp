@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Hollow corners: which faces hold a node there together.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "dynamics/contact/detection.hpp"
+#include "tests/unit/dynamics/patch.hpp"
+
+namespace cbr {
+namespace {
+
+using test::patch, test::Patch, test::run;
+
+// z = slope |x|, two faces of 1 x 1 in plan that share the edge x = 0.
+Patch groove(double slope) {
+  Patch p = patch(1, 0, true);
+  Points x(6, 3);
+  x << -1, 0, slope, 0, 0, 0, 1, 0, slope, -1, 1, slope, 0, 1, 0, 1, 1, slope;
+  p.surface.faces.resize(2, 4);
+  p.surface.faces << 0, 1, 4, 3, 1, 2, 5, 4;
+  p.surface.nodes = {0, 1, 2, 3, 4, 5};
+  p.body.start = p.body.end = x;
+  fill_sizes(p.surface, x);
+  return p;
+}
+
+Vector3 normal(double slope, Index face) { return Vector3(face == 0 ? slope : -slope, 0, 1).normalized(); }
+
+// One node, in a step from one place to another.
+Patch node(const Vector3& from, const Vector3& to) {
+  Patch p = patch(1, 0, true);
+  p.surface.nodes = {0};
+  p.surface.areas = Vector::Ones(1), p.surface.area_vectors.resize(0, 3);
+  p.body.start = Points(from.transpose()), p.body.end = Points(to.transpose());
+  p.surface.faces.resize(0, 4);
+  return p;
+}
+
+void expect_both(const ContactList& list, const Patch& at, double slope) {
+  ASSERT_EQ(list.points.size(), 2u);
+  EXPECT_NE(list.points[0].face, list.points[1].face);
+  for (const ContactPoint& point : list.points) {
+    const Vector3 n = normal(slope, point.face);
+    EXPECT_NEAR((point.normal() - n).norm(), 0, 1e-12);
+    EXPECT_NEAR(point.gap[0], n.dot(at.body.end.row(0)), 1e-12);
+    EXPECT_NEAR(point.start_gap, n.dot(at.body.start.row(0)), 1e-12);
+  }
+}
+
+TEST(HollowCorner, FacesRiseFromEachOtherFrom15DegreesOn) {
+  for (const double slope : {0.14, 1.0, 5.0}) {
+    const Patch p = groove(slope);
+    EXPECT_EQ(p.surface.rising_begin, (std::vector<Index>{0, 1, 2})) << slope;
+    EXPECT_EQ(p.surface.rising, (std::vector<Index>{1, 0})) << slope;
+  }
+  for (const double slope : {-1.0, 0.0, 0.12}) {  // a ridge; flat; 13.7 degrees
+    EXPECT_TRUE(groove(slope).surface.rising.empty()) << slope;
+    EXPECT_TRUE(groove(slope).surface.rising_begin.empty()) << slope;
+  }
+}
+
+// Whatever the prediction goes through first, and however far off the other face it does so.
+TEST(HollowCorner, WhatTheFirstFaceWouldLetIntoTheOtherIsHeldByBoth) {
+  int n_tried = 0;
+  for (const double slope : {0.2, 0.5, 1.0, 3.0}) {
+    for (const double way : {0.01, 0.1, 0.4}) {
+      for (const double down : {0.1, 1.0, 3.0}) {
+        const Vector3 from(0.6 * way, 0.4, slope * 0.6 * way + 1e-6), to = from + way * Vector3(-1, 0.1, -down);
+        const Patch n = node(from, to), g = groove(slope);
+        // Behind the right face, and still behind the left one when the right one has put it back; or the other way round
+        const Vector3 right = normal(slope, 1), left = normal(slope, 0);
+        const bool goes_on = right.dot(to) < 0 && left.dot(to - right.dot(to) * right) < 0;
+        if (!goes_on && !(left.dot(to) < 0 && right.dot(to - left.dot(to) * left) < 0)) continue;
+        ++n_tried;
+        PairMemory memory;
+        SCOPED_TRACE(testing::Message() << "slope " << slope << ", way " << way << ", down " << down);
+        expect_both(run(n, g, memory), n, slope);
+      }
+    }
+  }
+  EXPECT_GE(n_tried, 15);
+}
+
+// Springs let it sink: it stays with both, whichever of the two it has touched longer, until it is out of one.
+TEST(HollowCorner, WhatHasTouchedBothStaysWithBothHoweverDeep) {
+  for (const double slope : {0.2, 0.5, 1.0, 3.0}) {
+    const Patch g = groove(slope);
+    for (const double depth : {1e-5, 1e-3, 0.01, 0.04}) {
+      for (const double x : {-0.01, -1e-4, 0.0, 1e-4, 0.01}) {
+        const Vector3 from(x, 0.4, slope * std::abs(x) - depth);
+        const Patch n = node(from, from + Vector3(1e-4, 0, -1e-4));
+        for (const Index first : {0, 1}) {
+          PairMemory memory;
+          start_memory(1, memory);
+          memory.has_points = true, memory.face = memory.known_face = {first};
+          memory.further_faces.assign(PairMemory::n_further, -1);
+          memory.further_faces[0] = 1 - first;
+          const ContactList list = run(n, g, memory);
+          const bool behind_both = slope * std::abs(x) < depth / 2;  // of both planes: slope |x| - depth < - slope |x|
+          SCOPED_TRACE(testing::Message() << "slope " << slope << ", depth " << depth << ", x " << x << ", first " << first);
+          if (behind_both) expect_both(list, n, slope);
+          EXPECT_EQ(memory.offset[0], 0);  // nothing is left where it is
+        }
+      }
+    }
+  }
+}
+
+// An overlap from the start, deeper than what a node may be beside a face, is left, in the face that holds it first; the other one
+// does not throw it out.
+TEST(HollowCorner, AnOverlapFromTheStartIsNotThrownOutByTheOtherFace) {
+  const Patch g = groove(0.5);
+  const Vector3 at(0.02, 0.4, -0.03);  // 0.036 behind the right face, 0.018 behind the left
+  PairMemory memory;
+  const Patch n = node(at, at);
+  for (int step = 0; step < 3; ++step) {
+    const ContactList list = run(n, g, memory, step == 0);
+    ASSERT_EQ(list.points.size(), 1u) << step;
+    EXPECT_NEAR(list.points[0].gap[0], 0, 1e-12) << step;
+    remember(list, 0, 1, Points::Zero(1, 3), Points::Zero(1, 3), 1e-6, memory);
+  }
+}
+
+// Beyond the ends of the groove nothing holds: a node passes by.
+TEST(HollowCorner, EndsWhereItsFacesEnd) {
+  const Patch g = groove(1);
+  PairMemory memory;
+  EXPECT_TRUE(run(node({0.01, 1.01, 0.02}, {-0.05, 1.01, -0.1}), g, memory).empty());
+  EXPECT_EQ(run(node({0.01, 0.99, 0.02}, {-0.05, 0.99, -0.1}), g, memory).points.size(), 2u);
+}
+
+// Nodes amid sides carry no area, and say nothing of how much a surface bends.
+TEST(ContactSurface, BendsAsItsFacesDo) {
+  Patch g = groove(1);
+  const double linear = bend(g.surface);
+  EXPECT_NEAR(linear, 0, 1e-12);  // four of six nodes are on one face each
+  Points x(8, 3);
+  x << g.body.start, -0.5, 0, 0.5, 0.5, 0, 0.5;
+  g.surface.nodes = {0, 1, 2, 3, 4, 5, 6, 7};
+  g.surface.middle = IndexTable::Constant(2, 4, -1);
+  g.surface.middle(0, 0) = 6, g.surface.middle(1, 0) = 7;
+  fill_sizes(g.surface, x);
+  EXPECT_EQ(bend(g.surface), linear);
+}
+
+}  // namespace
+}  // namespace cbr
