@@ -41,9 +41,9 @@ Eigenpairs dense_eigenpairs(Matrix A, Matrix B, Index k);
 Eigenpairs dense_eigenpairs(Matrix A, Index k);
 Eigenpairs dense_eigenpairs(Matrix A, const Vector& B, Index k);
 
-// All pairs, or the lowest `count` (from r on), where null vectors are known: the first r have lambda = 0 exactly and span them, the
-// others are orthogonal to them to round-off (in B's product), also those whose lambda is no larger than A's own round-off.
-// Q (n x r, orthonormal): of A.
+// All pairs, or the lowest `count` (from r on), where null vectors are known: the first r have lambda = 0 exactly and span them,
+// the others are orthogonal to them to round-off (in B's product), also those whose lambda is no larger than A's own round-off. Q
+// (n x r, orthonormal): of A.
 Eigenpairs dense_eigenpairs_beside(Matrix A, const Matrix& Q, std::optional<Index> count = {});
 // R (n x r, independent columns): of A x = lambda B x.
 Eigenpairs dense_eigenpairs_beside(Matrix A, Matrix B, const Matrix& R, std::optional<Index> count = {});
@@ -54,8 +54,9 @@ void fix_signs(Matrix& Phi);
 // y = A x, n-vectors.
 using LinearMap = std::function<void(const Vector& x, Vector& y)>;
 // Largest eigenvalue of M^-1 K, symmetric K and positive definite M (n x n), from above by the residual of Lanczos in the inner
-// product of M (Parlett 1980, 13-2): the critical step of central differences is 2 / sqrt of it. solve_M: y = M^-1 x; held
-// directions are left out of the problem when it answers y = Z (Z^T M Z)^-1 Z^T x.
+// product of M (Parlett 1980, 13-2): the critical step of central differences is 2 / sqrt of it. solve_M: y = M^-1 x. Of a
+// held problem x are coordinates of the free directions alone, or both maps drop what is held: parts of x that neither sees grow
+// from product to product (twice the right answer, of a mesh of few nodes).
 double largest_eigenvalue(Index n, const LinearMap& multiply_K, const LinearMap& solve_M);
 
 struct RitzValue {

@@ -53,13 +53,13 @@ MeshBody::MeshBody(std::string name, std::shared_ptr<const MeshModel> model, con
   for (HeldDirection& h : held_) h.node = model_->row_of_node[h.node];
   std::stable_sort(held_.begin(), held_.end(), [](const HeldDirection& a, const HeldDirection& b) { return a.node < b.node; });
   take_axes(held_);
-  v_.rowwise() = (placement_.T.transpose() * placement_.velocity).transpose();
-  hold(v_);
   if (consistent()) {
     Z_ = free_basis(n, held_);
     factor_ = std::make_shared<SparseCholesky>(SparseMatrix(Z_.transpose() * model_->M * Z_));
     if (!factor_->ok()) throw RunError("instance '" + name_ + "': the consistent mass is not positive definite");
   }
+  v_.rowwise() = (placement_.T.transpose() * placement_.velocity).transpose();
+  hold_velocity();
   largest_frequency_ = held_.empty() ? model_->largest_frequency : held_frequency();
 }
 
@@ -124,6 +124,15 @@ void MeshBody::load(double t, Field& f) const {
 
 void MeshBody::hold(Field& v) const {
   for (const HeldDirection& h : held_) v.row(h.node) -= v.row(h.node).dot(h.direction.transpose()) * h.direction.transpose();
+}
+
+// As supports that take hold at once would leave it, like that of all other bodies: of a consistent mass the nodes beside the held
+// ones change theirs too.
+void MeshBody::hold_velocity() {
+  if (held_.empty() || !consistent()) return hold(v_);
+  const Points v = v_;
+  const Vector momentum = model_->M * Eigen::Map<const Vector>(v.data(), v.size());
+  accelerations(Field(Eigen::Map<const Points>(momentum.data(), v.rows(), 3)), v_);
 }
 
 void MeshBody::accelerations(const Field& force, Field& a) const {

@@ -94,7 +94,8 @@ class MeshBody final : public Body {
   std::vector<Index> rows(const std::vector<Index>& nodes) const;
   Points by_nodes(const Field& u) const;  // rows put in the order of the nodes
   void append_load(const Points& forces, const LoadHistory& history);
-  void hold(Field& v) const;                               // takes the held directions out
+  void hold(Field& v) const;  // takes the held directions out
+  void hold_velocity();
   void accelerations(const Field& force, Field& a) const;  // M^-1 f on the free directions
   void load(double t, Field& f) const;
   void internal_forces(const Field& u, Field& Ku) const;

@@ -99,7 +99,8 @@ DenseBody placed(const RandomScene& scene, const Ran& ran, std::size_t i, Coordi
   for (Index node = 0; node < n; ++node) TB.middleRows(3 * node, 3) = T * B.middleRows(3 * node, 3);
   const std::vector<Index> free = free_coordinates(scene, geometry, i, B);
   body.K = K(free, free), body.M = M(free, free), body.B = TB(Eigen::all, free);
-  body.velocity = Vector(rigid * (T.transpose() * b.velocity))(free);
+  // What supports that take hold at once leave
+  body.velocity = body.M.llt().solve(Vector(M * (rigid * (T.transpose() * b.velocity)))(free));
   for (const auto& load : scene.loads) {
     Vector f;
     if (load.kind == "gravity") {

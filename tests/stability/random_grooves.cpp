@@ -40,10 +40,8 @@ bool make_groove(RandomScene& scene) {
   bend(a, hollow, 1);
   bend(b, {sharper * hollow.slope_y, sharper * hollow.slope_z}, 0);
   b.position.tail<2>() *= 0.5;
-  // What is held stands still
-  RandomBody& moving = scene.held.empty() ? b : a;
-  moving.velocity += dice.vector(0.5);
-  moving.velocity[0] = (scene.held.empty() ? -1 : 1) * dice.uniform(0.8, 1.6);
+  b.velocity += dice.vector(0.5);
+  b.velocity[0] = -dice.uniform(0.8, 1.6);
   // In front of the hollow, as near as the warp of the two leaves safe
   const double gap = dice.uniform(0.05, 0.09);
   for (int iteration = 0; iteration < 3; ++iteration) {
