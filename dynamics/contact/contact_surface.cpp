@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <unordered_map>
 
 #include "dynamics/contact/surface_geometry.hpp"
 
@@ -53,26 +52,41 @@ namespace {
 
 constexpr double nearly_flat = 0.966;  // 15 degrees
 
-// Whether two faces that share a corner make a corner that is hollow and sharper than 45 degrees.
-bool make_a_corner(const FaceCorners& a, const FaceCorners& b) {
-  const Vector3 n_a = mean_normal(a), n_b = mean_normal(b), between = centre(b) - centre(a);
-  return n_a.dot(n_b) < nearly_flat && n_a.dot(between) > 0 && n_b.dot(between) < 0;
+Index slot_of(const ContactSurface& surface, Index face, int corner) {
+  return std::lower_bound(surface.nodes.begin(), surface.nodes.end(), surface.faces(face, corner)) - surface.nodes.begin();
+}
+
+int n_corners(const ContactSurface& surface, Index face) { return is_triangle(surface, face) ? 3 : 4; }
+
+// Where it is, which way it looks.
+struct FacePlane {
+  Vector3 centre, normal;
+};
+
+// Whether two faces that share a corner make a corner that is hollow and sharper than 15 degrees.
+bool make_a_corner(const FacePlane& a, const FacePlane& b) {
+  if (!(a.normal.dot(b.normal) < nearly_flat)) return false;
+  const Vector3 between = b.centre - a.centre;
+  return a.normal.dot(between) > 0 && b.normal.dot(between) < 0;
 }
 
 void fill_rising(ContactSurface& surface, const Points& points) {
-  std::unordered_map<Index, std::vector<Index>> faces_of;  // of each node
   const Index n = surface.faces.rows();
-  for (Index f = 0; f < n; ++f)
-    for (int a = 0; a < (is_triangle(surface, f) ? 3 : 4); ++a) faces_of[surface.faces(f, a)].push_back(f);
+  std::vector<FacePlane> planes(static_cast<std::size_t>(n));
+  std::vector<std::vector<Index>> faces_of(surface.nodes.size());
+  for (Index f = 0; f < n; ++f) {
+    const FaceCorners x = corners(surface, f, points);
+    planes[static_cast<std::size_t>(f)] = {centre(x), mean_normal(x)};
+    for (int a = 0; a < n_corners(surface, f); ++a) faces_of[static_cast<std::size_t>(slot_of(surface, f, a))].push_back(f);
+  }
   surface.rising.clear();
   surface.rising_begin.assign(1, 0);
   for (Index f = 0; f < n; ++f) {
     const std::ptrdiff_t first = surface.rising_begin.back();
-    const FaceCorners x = corners(surface, f, points);
-    for (int a = 0; a < 4; ++a)
-      for (const Index other : faces_of[surface.faces(f, a)])
-        if (other != f && std::find(surface.rising.begin() + first, surface.rising.end(), other) == surface.rising.end() &&
-            make_a_corner(x, corners(surface, other, points)))
+    for (int a = 0; a < n_corners(surface, f); ++a)
+      for (const Index other : faces_of[static_cast<std::size_t>(slot_of(surface, f, a))])
+        if (other != f && make_a_corner(planes[static_cast<std::size_t>(f)], planes[static_cast<std::size_t>(other)]) &&
+            std::find(surface.rising.begin() + first, surface.rising.end(), other) == surface.rising.end())
           surface.rising.push_back(other);
     surface.rising_begin.push_back(static_cast<Index>(surface.rising.size()));
   }
@@ -98,9 +112,9 @@ void fill_sizes(ContactSurface& surface, const Points& points) {
   for (Index f = 0; f < surface.faces.rows(); ++f) {
     const FaceCorners x = corners(surface, f, points);
     const Vector3 outward = 0.5 * (x[2] - x[0]).cross(x[3] - x[1]);
-    const int n = is_triangle(surface, f) ? 3 : 4;
+    const int n = n_corners(surface, f);
     for (int a = 0; a < n; ++a) {
-      const auto slot = std::lower_bound(surface.nodes.begin(), surface.nodes.end(), surface.faces(f, a)) - surface.nodes.begin();
+      const Index slot = slot_of(surface, f, a);
       surface.areas[slot] += surface.sizes[f] * surface.sizes[f] / n;
       surface.area_vectors.row(slot) += outward.transpose() / n;
     }
