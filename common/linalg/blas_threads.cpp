@@ -43,9 +43,9 @@ std::string reserve_blas_memory(int threads, int started) {
   void* const room = mmap(nullptr, bytes, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
   if (room == MAP_FAILED)
     return format_text(
-        "the address space is limited to %.0f MB (ulimit -v), which leaves no %.0f MB for the threads of BLAS: raise the limit, or "
-        "take one thread (OPENBLAS_NUM_THREADS=1)",
-        1e-6 * static_cast<double>(limit.rlim_cur), 1e-6 * static_cast<double>(bytes));
+        "the address space is limited to %.0f MB (ulimit -v), which leaves no %.0f MB for the threads of BLAS: raise the limit%s",
+        1e-6 * static_cast<double>(limit.rlim_cur), 1e-6 * static_cast<double>(bytes),
+        std::max(threads, started) > 1 ? ", or take one thread (OPENBLAS_NUM_THREADS=1)" : "");
   munmap(room, bytes);
   std::vector<void*> buffers(static_cast<std::size_t>(threads + 1));
   for (void*& b : buffers) b = blas_memory_alloc(0);

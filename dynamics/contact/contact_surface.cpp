@@ -50,8 +50,6 @@ double bend(const ContactSurface& surface) {
 
 namespace {
 
-constexpr double nearly_flat = 0.966;  // 15 degrees
-
 Index slot_of(const ContactSurface& surface, Index face, int corner) {
   return std::lower_bound(surface.nodes.begin(), surface.nodes.end(), surface.faces(face, corner)) - surface.nodes.begin();
 }

@@ -47,13 +47,14 @@ struct ContactSurface {
   Vector areas;         // of `nodes`: their share of the undeformed area, a face's shared by its corners
   // likewise, outward, scene axes: shorter than `areas` where the surface bends at the node
   Points area_vectors;
-  // Faces that rise by more than 45 degrees from face f where they share a corner with it: rising[rising_begin[f]] and so on up to
+  // Faces that rise by more than 15 degrees from face f where they share a node with it: rising[rising_begin[f]] and so on up to
   // rising_begin[f + 1]. Both empty where no two faces do.
   std::vector<Index> rising_begin, rising;
 };
 
-// Cosine between normals above which they hold a node in the same direction.
-constexpr double same_side = 0.7;
+// Cosines between normals above which they hold a node in the same direction, 45 degrees, and above which a hollow edge between
+// faces is as good as none, 15 degrees.
+constexpr double same_side = 0.7, nearly_flat = 0.966;
 
 // Sizes, areas and what rises from what; `points` are the undeformed contact nodes of the body.
 void fill_sizes(ContactSurface& surface, const Points& points);

@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <span>
+#include <vector>
 
 #include "dynamics/contact/face_slabs.hpp"
+#include "dynamics/contact/hollow_corners.hpp"
 #include "dynamics/contact/surface_geometry.hpp"
 
 namespace cbr {
@@ -34,43 +36,12 @@ class SlabCache {
   std::vector<char> is_made_;
 };
 
-struct Step {
+struct Step : DetectionStep {
   const ContactSurface& slave;
   const ContactBody& slave_body;
-  const ContactSurface& master;
-  const ContactBody& master_body;
-  const DetectionOptions& options;
   bool initial;
-  double reach;   // gaps up to this are candidates
   Vector3 drift;  // mean motion of the master surface: boxes are swept by relative motion only
   SlabCache& slabs;
-};
-
-struct Hit {
-  Projection end;
-  double start_gap = 0, end_gap = 0;  // distances, counted from where an adjusted gap is closed
-  // When the node went through the face, as a share of the step; not above 0: it was behind it at the start, by this share of the
-  // face's size. The last face that a node goes through is the one by which it enters a convex body.
-  double entry = 0;
-  // How far the node is off the face now, as a share of the face's size, not above 0: over it; of a face that rises from another:
-  // the foot of the slope beside the node
-  double outside = 0;
-  bool over_now = false, over_at_end = false, nearly_over = false;
-  bool right_over_at_end = false;  // not only within the tolerance of what was touched before
-  bool same = false;               // it is the face that the node touched in the last step
-  bool follows = false;            // looks the same way as the face that the node touched in the last step
-  Index face = 0;
-};
-
-// What is known of a node from the steps before.
-struct Node {
-  Index slot = 0;
-  Vector3 start, end;
-  Index face = -1;  // touched in the last step, -1: none; at the start of this one it looks along `normal`
-  Vector3 normal = Vector3::Zero();
-  Vector3 known_normal = Vector3::Zero();  // of the face touched last since the bodies were apart; zero: none
-  std::span<const Index> further;          // more faces that were touched in the last step, -1 behind the last
-  double lift = 0;                         // an adjusted gap
 };
 
 Box swept(const Vector3& start, const Vector3& end) { return {start.cwiseMin(end), start.cwiseMax(end)}; }
@@ -101,7 +72,7 @@ void fill_boxes(const Step& step, PairMemory& memory) {
 
 // Whether a node that is behind a face at the start of the step is to be held by it. Beside an edge of a body a node is behind the
 // faces of both sides: the one that it neither touched nor lies under is not to push it out.
-bool held_from_behind(const Step& step, const Projection& before, const Hit& hit, double size, double edge) {
+bool held_from_behind(const Step& step, const Projection& before, const FaceHit& hit, double size, double edge) {
   const double depth = -hit.start_gap;
   if (hit.follows) return depth <= size && (before.outside <= edge || hit.over_at_end);
   if (step.initial) return depth <= size && before.outside <= edge;
@@ -109,20 +80,10 @@ bool held_from_behind(const Step& step, const Projection& before, const Hit& hit
   return depth <= step.options.late_depth * size && before.outside <= 1e-9;
 }
 
-// A node that touches is held along the normal and at the foot that it has now. The prediction knows no impulses of this step: it
-// is off by what they do, most of all for the shortest waves, and normals that lean with it feed them (two balls pressed together
-// at 0.9 of the critical step had a hundred times their energy after one Hertz contact).
-void touch_where_it_is(const Projection& now, const FaceCorners& end, const Vector3& x_end, Projection& point) {
-  point.normal = now.normal, point.weights = now.weights;
-  Vector3 foot = Vector3::Zero();
-  for (int a = 0; a < 4; ++a) foot += now.weights[a] * end[a];
-  point.distance = now.normal.dot(x_end - foot);
-}
-
 // Whether it is over the moving face when it goes through; the time of that is found by regula falsi, so that a ridge between two
 // faces has no gap.
-bool passes_through(const FaceCorners& start, const FaceCorners& end, bool triangle, const Node& node, Hit& hit, double size,
-                    double edge) {
+bool passes_through(const FaceCorners& start, const FaceCorners& end, bool triangle, const SlaveNode& node, FaceHit& hit,
+                    double size, double edge) {
   double t0 = 0, t1 = 1, d0 = hit.start_gap, d1 = hit.end_gap, outside = 0;
   for (int iteration = 0; iteration < 8; ++iteration) {
     const double t = t0 + (t1 - t0) * d0 / (d0 - d1);
@@ -138,7 +99,7 @@ bool passes_through(const FaceCorners& start, const FaceCorners& end, bool trian
 }
 
 // Whether the node came through the face during the step, or touches or nears it; fills `hit`.
-bool meets(const Step& step, const Node& node, Index face, Hit& hit) {
+bool meets(const Step& step, const SlaveNode& node, Index face, FaceHit& hit) {
   const FaceSlab& slab = step.slabs.of(step.master, step.master_body, face, step.options.edge_tolerance);
   if (is_beside(slab, node.start, node.end)) return false;
   const bool triangle = is_triangle(step.master, face);
@@ -170,7 +131,7 @@ bool meets(const Step& step, const Node& node, Index face, Hit& hit) {
 
 // Which face holds a node first: the one that it touches, until it is off its edge and over the next one. Entries are rounded, so
 // that faces of one plane are told apart by what they are at the end.
-bool better(const Hit& a, const Hit& b) {
+bool better(const FaceHit& a, const FaceHit& b) {
   if (a.over_at_end != b.over_at_end) return a.over_at_end;
   if (a.follows != b.follows) return a.follows;
   if (a.follows && a.over_now != b.over_now) return a.over_now;
@@ -182,79 +143,11 @@ bool better(const Hit& a, const Hit& b) {
   return entry_a != entry_b ? entry_a > entry_b : std::abs(a.end_gap) < std::abs(b.end_gap);
 }
 
-// Whether a node that `first` holds is to be held by `second` too: in a concave corner. At a convex edge a node that is behind both
-// faces came in by one of them; the other then holds it only when the first does nothing against what this step does to it.
-bool holds_too(const Step& step, const Hit& first, const Hit& second) {
-  if (!second.nearly_over || second.end_gap >= 0 || second.end.normal.dot(first.end.normal) >= same_side) return false;
-  const Vector3 between = centre(corners(step.master, second.face, step.master_body.end)) -
-                          centre(corners(step.master, first.face, step.master_body.end));
-  if (first.end.normal.dot(between) > 0 && second.end.normal.dot(between) < 0)
-    return second.start_gap >= -step.options.kept_depth * step.master.sizes[second.face];
-  return first.end_gap >= -1e-6 * step.master.sizes[first.face] && second.start_gap >= 0.5 * second.end_gap;
-}
-
-// Whether a face that rises from the one that holds the node first is to hold it too; fills `hit`. Where the first face lets the
-// node go is in front of the other one or behind it whatever it came through on its way: the two hold it from when it is near both,
-// and as long as it is behind both, so that nothing jumps while it goes over from the one to the other.
-bool holds_from_foot(const Step& step, const Node& node, const Hit& first, Index face, Hit& hit) {
-  const bool triangle = is_triangle(step.master, face);
-  const double size = step.master.sizes[face];
-  const FaceCorners end = corners(step.master, face, step.master_body.end);
-  const Vector3 held = node.end - std::min(0.0, first.end_gap) * first.end.normal;
-  const Projection ahead = project(end, triangle, held);
-  if (!(size > 0) || ahead.normal.isZero()) return false;
-  hit = {};
-  hit.face = face;
-  hit.end = project(end, triangle, node.end);
-  if (std::min(ahead.distance, hit.end.distance) - node.lift > step.reach) return false;
-  const FaceCorners start = corners(step.master, face, step.master_body.start);
-  const Projection before = project(start, triangle, node.start);
-  hit.start_gap = before.distance - node.lift;
-  const auto is_this = [&](Index f) {
-    return f == face || (f >= 0 && before.normal.dot(mean_normal(corners(step.master, f, step.master_body.start))) >= same_side);
-  };
-  const bool touched = is_this(node.face) || std::any_of(node.further.begin(), node.further.end(), is_this);
-  if (-hit.start_gap > (touched ? 1 : step.options.kept_depth) * size) return false;
-  // The foot of the slope beside the node: what lies beyond the slope's ends does not hold it
-  const Vector3 along = ahead.normal - ahead.normal.dot(first.end.normal) * first.end.normal;
-  const Vector3 foot = held - (ahead.distance / along.squaredNorm()) * along;
-  const double edge = touched ? step.options.edge_tolerance : step.options.new_edge_tolerance;
-  hit.outside = project(end, triangle, foot).outside;
-  if (!(hit.outside <= edge)) return false;
-  hit.nearly_over = hit.end.outside <= step.options.edge_tolerance;
-  if (touched && before.outside <= edge) touch_where_it_is(before, end, node.end, hit.end);
-  hit.end_gap = hit.end.distance - node.lift;
-  return true;
-}
-
-bool rises_from(const ContactSurface& master, Index face, Index from) {
-  if (master.rising.empty()) return false;
-  const auto begin = master.rising.begin();
-  const auto last = begin + master.rising_begin[from + 1];
-  return std::find(begin + master.rising_begin[from], last, face) != last;
-}
-
-// Puts the faces that rise from the node's first one, and hold it, in the place of what was found of them. Of a slope of several
-// faces the one that the foot is at comes first.
-void ask_rising(const Step& step, const Node& node, std::vector<Hit>& hits) {
-  const ContactSurface& master = step.master;
-  const Index first = hits.front().face;
-  std::erase_if(hits, [&](const Hit& hit) { return rises_from(master, hit.face, first); });
-  const auto n_others = static_cast<std::ptrdiff_t>(hits.size());
-  Hit hit;
-  for (Index k = master.rising_begin[first]; k < master.rising_begin[first + 1]; ++k)
-    if (holds_from_foot(step, node, hits.front(), master.rising[k], hit)) hits.push_back(hit);
-  std::sort(hits.begin() + n_others, hits.end(), [](const Hit& a, const Hit& b) {
-    const double off_a = std::round(1e6 * std::max(0.0, a.outside)), off_b = std::round(1e6 * std::max(0.0, b.outside));
-    return off_a != off_b ? off_a < off_b : a.end_gap < b.end_gap;
-  });
-}
-
 // Near an edge between faces that look nearly the same way a node that touches is held along a mean of their normals, which goes
 // over from the one to the other as the node slides across: no jump, and no side is taken by a node on the edge itself.
-void blend_normals(const Step& step, const Node& node, std::vector<Hit>& hits) {
+void blend_normals(const Step& step, const SlaveNode& node, std::vector<FaceHit>& hits) {
   constexpr double nearly_same_way = 0.866;  // 30 degrees
-  Hit& first = hits.front();
+  FaceHit& first = hits.front();
   Vector3 sum = first.end.normal;
   for (std::size_t i = 1; i < hits.size(); ++i) {
     const double share = 1 - std::max(0.0, hits[i].outside) / step.options.edge_tolerance;
@@ -269,7 +162,7 @@ void blend_normals(const Step& step, const Node& node, std::vector<Hit>& hits) {
   first.end_gap = first.end.distance - node.lift;
 }
 
-void add_point(const Step& step, const Node& node, const Hit& hit, double offset, ContactList& list) {
+void add_point(const Step& step, const SlaveNode& node, const FaceHit& hit, double offset, ContactList& list) {
   ContactPoint point;
   point.frame = contact_frame(hit.end.normal);
   point.gap[0] = hit.end_gap + node.lift - offset;
@@ -284,9 +177,9 @@ void add_point(const Step& step, const Node& node, const Hit& hit, double offset
   list.points.push_back(point);
 }
 
-Node node_of(const Step& step, Index slot, const PairMemory& memory) {
+SlaveNode node_of(const Step& step, Index slot, const PairMemory& memory) {
   const Index i = step.slave.nodes[slot];
-  Node node;
+  SlaveNode node;
   node.slot = slot;
   node.start = step.slave_body.start.row(i).transpose(), node.end = step.slave_body.end.row(i).transpose();
   node.face = memory.face[slot];
@@ -301,12 +194,12 @@ Node node_of(const Step& step, Index slot, const PairMemory& memory) {
   return node;
 }
 
-void detect_node(const Step& step, Index slot, PairMemory& memory, std::vector<Hit>& hits, ContactList& points) {
+void detect_node(const Step& step, Index slot, PairMemory& memory, std::vector<FaceHit>& hits, ContactList& points) {
   const CandidateList& list = memory.grid.candidates;
   if (list.first[slot] == list.first[slot + 1]) return;
-  const Node node = node_of(step, slot, memory);
+  const SlaveNode node = node_of(step, slot, memory);
   hits.clear();
-  Hit hit;
+  FaceHit hit;
   for (Index k = list.first[slot]; k < list.first[slot + 1]; ++k)
     if (meets(step, node, list.target[k], hit)) hits.push_back(hit);
   if (hits.empty()) return;
@@ -315,16 +208,8 @@ void detect_node(const Step& step, Index slot, PairMemory& memory, std::vector<H
   // Found behind a face that it has not come through: left where it is, not thrown out
   if (step.initial || (node.face < 0 && start_gap < 0)) keep_overlap(slot, start_gap + node.lift, step.initial, memory);
   if (hits.front().follows && hits.size() > 1) blend_normals(step, node, hits);
-  if (!step.master.rising.empty()) ask_rising(step, node, hits);
-  std::size_t n_held = 0;  // the hits that hold come first
-  for (std::size_t i = 0; i < hits.size(); ++i) {
-    const auto also = [&](const Hit& first) {
-      return rises_from(step.master, hits[i].face, first.face) || holds_too(step, first, hits[i]);
-    };
-    if (!std::all_of(hits.begin(), hits.begin() + static_cast<std::ptrdiff_t>(n_held), also)) continue;
-    add_point(step, node, hits[i], memory.offset[slot], points);
-    std::swap(hits[n_held++], hits[i]);
-  }
+  const std::size_t n_held = choose_holding(step, node, hits);
+  for (std::size_t i = 0; i < n_held; ++i) add_point(step, node, hits[i], memory.offset[slot], points);
 }
 
 // Whether nothing of the two bodies can be within reach of each other; costs nothing that grows with them.
@@ -354,13 +239,13 @@ void detect(const ContactSurface& slave, const ContactBody& slave_body, const Co
   }
   thread_local SlabCache slabs;
   slabs.start(master.faces.rows());
-  Step step{slave, slave_body, master, master_body, options, initial, 0, mean_motion(master, master_body), slabs};
+  Step step{{master, master_body, options, 0}, slave, slave_body, initial, mean_motion(master, master_body), slabs};
   step.reach =
       contact_reach(master.size, largest_motion(slave, slave_body, step.drift) + largest_motion(master, master_body, step.drift),
                     initial, memory);
   fill_boxes(step, memory);
   find_candidates(memory.node_boxes, memory.face_boxes, memory.grid);
-  std::vector<Hit> hits;
+  std::vector<FaceHit> hits;
   const std::size_t before = list.points.size();
   for (Index slot = 0; slot < n; ++slot) detect_node(step, slot, memory, hits, list);
   if (list.points.size() == before) forget(memory);

@@ -27,9 +27,9 @@ struct DetectionOptions {
 
 // Appends the contact points of a pair; slips are left 0. Positions are those of the bodies' start and predicted end; the path of a
 // node relative to a face tells on which side it comes from, so that neither a large step nor a thin body lets it through. Further
-// faces of a node are added when their normals differ by more than 45 degrees (a corner): those that rise from the first as soon as
-// the first would let it go into them. `initial`: first step of the run: nodes may overlap by up to a face's size and keep that
-// overlap.
+// faces of a node are added when their normals differ by more than 45 degrees (a corner); those that rise from the first by more
+// than 15 degrees as soon as the others would let it go into them. `initial`: first step of the run: nodes may overlap by up to a
+// face's size and keep that overlap.
 void detect(const ContactSurface& slave, const ContactBody& slave_body, const ContactSurface& master,
             const ContactBody& master_body, bool initial, const DetectionOptions& options, PairMemory& memory, ContactList& list);
 

@@ -200,6 +200,12 @@ void energy_warning(const BuiltScene& built, const RunResult& result, Report& re
       << "contact brought energy: up to " << brought << " of " << scale
       << ": try a smaller step; where it does not bring less, nodes were pushed out of faces that they were deep in: look at the "
          "surfaces";
+  const auto& pairs = built.simulation.pairs;
+  const auto is_mortar = [](const ContactPair& pair) {
+    return pair.formulation == Formulation::mortar && pair.law.law != ContactLaw::tied;
+  };
+  if (std::any_of(pairs.begin(), pairs.end(), is_mortar))
+    warning << "; mortar is for faces that look at each other: for bodies that go over convex edges take formulation: node-face";
   report.warning(warning.str());
 }
 

@@ -14,6 +14,7 @@ namespace {
 constexpr double held_edge = 0.05, new_edge = 1e-3;        // how far off its edge a face holds what it has held, and what is new
 constexpr double late_depth = 0.05, kept_depth = 1e-3;     // how deep behind a face what is new is still caught; over it, beside it
 constexpr double same_way = 0.7, nearly_same_way = 0.866;  // cosines between normals: 45 and 30 degrees
+constexpr double nearly_flat = 0.966;                      // 15 degrees: hollow edges of less are none
 
 using Corners = std::array<Vector3, 4>;
 
@@ -104,7 +105,7 @@ Vector3 middle(const Corners& x) {
 // One node and one face that meet, or may.
 struct Meeting {
   Index face = 0;
-  Corners end_corners;
+  Corners end_corners{Vector3::Zero(), Vector3::Zero(), Vector3::Zero(), Vector3::Zero()};
   Foot end;
   double size = 0, start_gap = 0, end_gap = 0, outside = 0;  // outside: at the start
   double entry = 0;  // when the node goes through, as a share of the step; not above 0: behind by that share of the size
@@ -196,33 +197,104 @@ bool holds_too(const Meeting& first, const Meeting& other) {
 
 bool is_among(const std::vector<Index>& faces, Index face) { return std::find(faces.begin(), faces.end(), face) != faces.end(); }
 
-// A face that rises from the first one: what the first one does not let through is at the foot of it, or goes into it.
-std::optional<Meeting> meeting_at_foot(const DenseSurface& master, const DensePath& path, std::size_t face, const Node& node,
-                                       const Meeting& first, double reach) {
-  const Corners start = corners(master.faces[face], path.start), end = corners(master.faces[face], path.end);
+// The point nearest to the node's end that is in front of all planes, by trying which of them it lies on; and those planes.
+struct Stand {
+  Vector3 at;
+  std::vector<Vector3> planes;
+};
+Stand stand_before(const std::vector<Meeting>& holding, const Vector3& x) {
+  Stand nearest{x, {}};
+  double least = HUGE_VAL;
+  const std::size_t n = holding.size();
+  for (std::size_t set = 0; set < (std::size_t{1} << n); ++set) {
+    std::vector<std::size_t> on;
+    for (std::size_t i = 0; i < n; ++i)
+      if (set >> i & 1) on.push_back(i);
+    if (on.size() > 3) continue;
+    Matrix N(3, static_cast<Index>(on.size()));
+    Vector gap(static_cast<Index>(on.size()));
+    for (std::size_t i = 0; i < on.size(); ++i)
+      N.col(static_cast<Index>(i)) = holding[on[i]].end.normal, gap[static_cast<Index>(i)] = holding[on[i]].end_gap;
+    const Vector push = on.empty() ? Vector() : Vector(-Matrix(N.transpose() * N).ldlt().solve(gap));
+    if (!on.empty() && !(push.minCoeff() > 0)) continue;
+    const Vector3 at = on.empty() ? x : Vector3(x + N * push);
+    const auto is_in_front = [&](const Meeting& m) { return m.end_gap + m.end.normal.dot(at - x) >= -1e-10 * m.size; };
+    if (!std::all_of(holding.begin(), holding.end(), is_in_front) || (at - x).norm() >= least) continue;
+    least = (at - x).norm(), nearest.at = at, nearest.planes.clear();
+    for (Index k = 0; k < N.cols(); ++k) nearest.planes.push_back(N.col(k));
+  }
+  return nearest;
+}
+
+// A face that rises from the first one: what those that hold do not let through is at the foot of it, or goes into it.
+std::optional<Meeting> meeting_at_foot(const DenseSurface& master, const DensePath& path, Index face, const Node& node,
+                                       const std::vector<Meeting>& holding, double reach) {
+  const auto f = static_cast<std::size_t>(face);
+  const Corners start = corners(master.faces[f], path.start), end = corners(master.faces[f], path.end);
   Meeting m;
-  m.face = static_cast<Index>(face), m.size = master.sizes[face], m.end_corners = end;
-  const Vector3 n = first.end.normal, held = node.end - std::min(0.0, first.end_gap) * n;
-  const Foot ahead = foot_on(end, held), before = foot_on(start, node.start);
+  m.face = face, m.size = master.sizes[f], m.end_corners = end;
+  const Stand stand = stand_before(holding, node.end);
+  const Foot ahead = foot_on(end, stand.at), before = foot_on(start, node.start);
   m.end = foot_on(end, node.end);
   m.start_gap = before.distance;
-  const bool touched = std::any_of(node.touched.begin(), node.touched.end(), [&](Index f) {
-    return f == m.face ||
-           before.normal.dot(mean_normal(corners(master.faces[static_cast<std::size_t>(f)], path.start))) >= same_way;
-  });
-  // The line in which the two planes meet, beside `held`: what is sought is on both, at a right angle to the line
-  Matrix3 planes;
-  planes << n.transpose(), ahead.normal.transpose(), n.cross(ahead.normal).transpose();
-  const Vector3 on_line = held + planes.inverse() * Vector3(0, -ahead.distance, 0);
+  const auto is_this = [&](Index g) {
+    return g == face ||
+           before.normal.dot(mean_normal(corners(master.faces[static_cast<std::size_t>(g)], path.start))) >= nearly_flat;
+  };
+  const bool touched = std::any_of(node.touched.begin(), node.touched.end(), is_this);
+  // Where the planes that it stands on and this one meet
+  Matrix N(3, static_cast<Index>(stand.planes.size()) + 1);
+  for (std::size_t i = 0; i < stand.planes.size(); ++i) N.col(static_cast<Index>(i)) = stand.planes[i];
+  N.rightCols(1) = ahead.normal;
+  Vector to = Vector::Zero(N.cols());
+  to[N.cols() - 1] = -ahead.distance;
+  const Vector3 move = N.transpose().completeOrthogonalDecomposition().solve(to);
+  m.outside = foot_on(end, stand.at + move).outside;
   const double edge = touched ? held_edge : new_edge;
   m.near_over_end = m.end.outside <= held_edge;
-  const bool is_near = std::min(ahead.distance, m.end.distance) <= reach;
-  const bool is_not_behind = -m.start_gap <= (touched ? 1.0 : kept_depth) * m.size;
-  m.outside = foot_on(end, on_line).outside;
-  if (!is_near || !is_not_behind || m.outside > edge) return {};
+  if (std::min(ahead.distance, m.end.distance) > reach || m.outside > edge) return {};
+  if (-m.start_gap > (touched ? 1.0 : kept_depth) * m.size) return {};
   if (touched && before.outside <= edge) m.end = foot_of(before.weights, before.normal, m.end.outside, end, node.end);
   m.end_gap = m.end.distance;
   return m;
+}
+
+bool nearer_the_foot(const Meeting& a, const Meeting& b) {
+  const double off_a = std::round(1e6 * std::max(0.0, a.outside)), off_b = std::round(1e6 * std::max(0.0, b.outside));
+  return off_a != off_b ? off_a < off_b : a.end_gap < b.end_gap;
+}
+
+// `holding` has the first face, and gets those that rise from it and hold the node with it, one after the other, the nearest first.
+void add_rising(const DenseSurface& master, const DensePath& path, const Node& node, double reach, std::vector<Meeting>& holding) {
+  const std::vector<Index>& rising = master.rising[static_cast<std::size_t>(holding.front().face)];
+  const auto fits = [&](const Meeting& m) {
+    return std::all_of(holding.begin(), holding.end(), [&](const Meeting& other) {
+      return other.face != m.face && (is_among(master.rising[static_cast<std::size_t>(other.face)], m.face) || holds_too(other, m));
+    });
+  };
+  // With `other` among those that hold, whatever it came through
+  const auto beside = [&](Index face, Index other) -> std::optional<Meeting> {
+    const Corners end = corners(master.faces[static_cast<std::size_t>(other)], path.end);
+    Meeting m;
+    m.face = other, m.size = master.sizes[static_cast<std::size_t>(other)], m.end_corners = end;
+    m.end = foot_on(end, node.end), m.end_gap = m.end.distance;
+    if (m.end_gap >= 0) return {};
+    std::vector<Meeting> with = holding;
+    with.push_back(m);
+    return meeting_at_foot(master, path, face, node, with, reach);
+  };
+  for (;;) {
+    std::vector<Meeting> found;
+    for (const Index face : rising)
+      if (const auto m = meeting_at_foot(master, path, face, node, holding, reach); m && fits(*m)) found.push_back(*m);
+    // Two walls in one step: each lets the node pass by the end of the other
+    for (const Index face : found.empty() ? rising : std::vector<Index>())
+      for (const Index other : rising)
+        if (is_among(master.rising[static_cast<std::size_t>(face)], other) && beside(other, face))
+          if (const auto m = beside(face, other); m && fits(*m)) found.push_back(*m);
+    if (found.empty()) return;
+    holding.push_back(*std::min_element(found.begin(), found.end(), nearer_the_foot));
+  }
 }
 
 // Near an edge between faces that look nearly the same way the normal goes over from the one to the other.
@@ -278,23 +350,13 @@ std::vector<DensePoint> dense_face_points(const DenseSurface& slave, const Dense
     if (initial || (node.face < 0 && start_gap < 0)) memory.offset[i] = std::min(0.0, start_gap);
     const std::vector<Index>& rising = master.rising[static_cast<std::size_t>(meetings.front().face)];
     blend(meetings, node, rising);
-    std::erase_if(meetings, [&](const Meeting& m) { return is_among(rising, m.face); });
-    for (const Index face : rising)
-      if (const auto m = meeting_at_foot(master, master_path, static_cast<std::size_t>(face), node, meetings.front(), reach))
-        meetings.push_back(*m);
-    const auto slopes =
-        std::stable_partition(meetings.begin(), meetings.end(), [&](const Meeting& m) { return !is_among(rising, m.face); });
-    std::sort(slopes, meetings.end(), [](const Meeting& a, const Meeting& b) {
-      const double off_a = std::round(1e6 * std::max(0.0, a.outside)), off_b = std::round(1e6 * std::max(0.0, b.outside));
-      return off_a != off_b ? off_a < off_b : a.end_gap < b.end_gap;
-    });
-    std::vector<Meeting> holding;
+    std::vector<Meeting> holding{meetings.front()};
+    add_rising(master, master_path, node, reach, holding);
     for (const Meeting& m : meetings) {
-      const auto with = [&](const Meeting& first) {
-        return is_among(master.rising[static_cast<std::size_t>(first.face)], m.face) || holds_too(first, m);
-      };
-      if (!std::all_of(holding.begin(), holding.end(), with)) continue;
-      holding.push_back(m);
+      const auto with = [&](const Meeting& other) { return other.face != m.face && holds_too(other, m); };
+      if (std::all_of(holding.begin(), holding.end(), with)) holding.push_back(m);
+    }
+    for (const Meeting& m : holding) {
       DensePoint point;
       point.frame = dense_frame(m.end.normal);
       point.gap = m.end_gap - memory.offset[i], point.start_gap = m.start_gap - memory.offset[i];

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "dynamics/contact/detection.hpp"
+#include "dynamics/contact/surface_geometry.hpp"
 #include "tests/unit/dynamics/patch.hpp"
 
 namespace cbr {
@@ -120,6 +121,69 @@ TEST(HollowCorner, AnOverlapFromTheStartIsNotThrownOutByTheOtherFace) {
     ASSERT_EQ(list.points.size(), 1u) << step;
     EXPECT_NEAR(list.points[0].gap[0], 0, 1e-12) << step;
     remember(list, 0, 1, Points::Zero(1, 3), Points::Zero(1, 3), 1e-6, memory);
+  }
+}
+
+// Floor and two walls of a box, 2 x 2 faces each: x = 0, y = 0 and z = 0, inside where all three are above 0.
+Patch room() {
+  Patch p = patch(1, 0, true);
+  Points x(19, 3);
+  Index n = 0, number[3][3][3];
+  for (Index i = 0; i < 3; ++i)
+    for (Index j = 0; j < 3; ++j)
+      for (Index k = 0; k < 3; ++k) {
+        if (i * j * k > 0) continue;
+        x.row(n) << double(i), double(j), double(k);
+        number[i][j][k] = n++;
+      }
+  p.surface.faces.resize(12, 4);
+  Index f = 0;
+  for (Index a = 0; a < 2; ++a)
+    for (Index b = 0; b < 2; ++b) {
+      p.surface.faces.row(f++) << number[a][b][0], number[a + 1][b][0], number[a + 1][b + 1][0], number[a][b + 1][0];
+      p.surface.faces.row(f++) << number[0][a][b], number[0][a + 1][b], number[0][a + 1][b + 1], number[0][a][b + 1];
+      p.surface.faces.row(f++) << number[a][0][b], number[a][0][b + 1], number[a + 1][0][b + 1], number[a + 1][0][b];
+    }
+  p.surface.nodes.clear();
+  for (Index i = 0; i < n; ++i) p.surface.nodes.push_back(i);
+  p.body.start = p.body.end = x;
+  fill_sizes(p.surface, x);
+  return p;
+}
+
+// Each of the faces that hold puts the node beyond another one's end, if it is asked alone.
+TEST(HollowCorner, WhatIsPressedIntoTwoWallsIsHeldByTheThird) {
+  const Patch walls = room();
+  const auto expect_all = [&](const Vector3& from, const Vector3& to, PairMemory& memory) {
+    const Patch n = node(from, to);
+    const ContactList list = run(n, walls, memory);
+    ASSERT_EQ(list.points.size(), 3u) << from.transpose() << " to " << to.transpose();
+    Vector3 gaps = Vector3::Zero();
+    for (const ContactPoint& point : list.points) gaps += point.gap[0] * point.normal();
+    EXPECT_NEAR((gaps - to).norm(), 0, 1e-12);
+  };
+  for (const double press : {1e-4, 0.01, 0.2}) {
+    // Out of the air, through all three in one step, in any order
+    for (const Vector3& late : {Vector3(1, 2, 3), Vector3(3, 1, 2), Vector3(2, 3, 1)}) {
+      PairMemory memory;
+      expect_all(0.5 * press * late, Vector3(-press, -press, -press), memory);
+    }
+    // Along an edge, held by floor and wall, into the third
+    for (int axis = 0; axis < 3; ++axis) {
+      PairMemory memory;
+      start_memory(1, memory);
+      Vector3 along = 0.5 * press * Vector3::Unit(axis);
+      const auto face_at = [&](int of) {  // the one with this normal at the corner
+        for (Index f = 0; f < 3; ++f)
+          if (std::abs(mean_normal(corners(walls.surface, f, walls.body.start))[of]) > 0.9) return f;
+        return Index{-1};
+      };
+      memory.has_points = true;
+      memory.face = memory.known_face = {face_at((axis + 1) % 3)};
+      memory.further_faces.assign(PairMemory::n_further, -1);
+      memory.further_faces[0] = face_at((axis + 2) % 3);
+      expect_all(along, Vector3(-press, -press, -press), memory);
+    }
   }
 }
 
