@@ -139,8 +139,9 @@ DenseImpulses dense_impulses(const Matrix& W, const Vector& g, const std::vector
   if (!friction) {
     Vector p = complementary(W, g);
     if (p.size() == 0) p = point_by_point(W, g, mu, Vector::Zero(g.size()));
-    if (!is_solved(p)) throw std::runtime_error("the oracle's complementarity problem is not solved");
-    return {p, !is_definite(W, p), false};
+    if (is_solved(p)) return {p, !is_definite(W, p), false};
+    if (is_definite(W, Vector::Ones(g.size()))) throw std::runtime_error("the oracle's complementarity problem is not solved");
+    return {p, true, true};  // pivots and sweeps may go round where a node touches more faces than it has ways to go
   }
   const Vector p = point_by_point(W, g, mu, Vector::Zero(g.size()));
   const Vector other = point_by_point(W, g, mu, Vector::Constant(g.size(), 3 * p.cwiseAbs().maxCoeff()));

@@ -10,10 +10,10 @@ namespace cbr::test {
 
 // Points one after the other, of one row (normal) where mu is 0, else of three (normal, two tangents). Impulses p with gap = g + W
 // p: 0 <= p_n, 0 <= gap_n, p_n gap_n = 0; |p_t| <= mu p_n, no slip below it, slip against p_t when they are equal. RuntimeError
-// when none is found without friction to 1e-13 of the largest |g|. Without friction there is one motion W p, and one p where W is
-// definite (it is not where a node touches more than three faces). With friction one solution always exists, and another may: the
-// iteration is begun twice, from nothing and from impulses far too large. Where it ends in two, or does not come to 1e-13 (two
-// points of one node in a corner), there are `several`.
+// when W is definite and none is found without friction to 1e-13 of the largest |g|. Without friction there is one motion W p, and
+// one p where W is definite (it is not where a node touches more than three faces). With friction one solution always exists, and
+// another may: the iteration is begun twice, from nothing and from impulses far too large. Where it ends in two, or does not come
+// to 1e-13 (two points of one node in a corner), there are `several`.
 struct DenseImpulses {
   Vector p;
   bool several = false, several_motions = false;  // p; W p
