@@ -153,14 +153,17 @@ TemporaryFile::TemporaryFile(const fs::path& target) : target_(resolved_target(t
     // Not to be read by more while it is written than in the end
     std::error_code error;
     const mode_t mode = fs::exists(target_, error) ? 0600 : 0666;
+    // Known before it is there: a signal that comes during open() is handled when open() returns. The name is ours alone.
+    slot_ = remember(path_);
     const int descriptor = ::open(path_.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, mode);
     if (descriptor >= 0) {
       ::close(descriptor);
-      break;
+      return;
     }
-    if (errno != EEXIST) throw RunError(target_.string() + ": cannot be written: " + system_text(errno));
+    const int open_error = errno;
+    forget(slot_);
+    if (open_error != EEXIST) throw RunError(target_.string() + ": cannot be written: " + system_text(open_error));
   }
-  slot_ = remember(path_);
 }
 
 TemporaryFile::~TemporaryFile() {

@@ -27,6 +27,10 @@ FaceCorners corners(const ContactSurface& surface, Index face, const Points& poi
   return x;
 }
 
+Index slot_of(const ContactSurface& surface, Index face, int corner) {
+  return std::lower_bound(surface.nodes.begin(), surface.nodes.end(), surface.faces(face, corner)) - surface.nodes.begin();
+}
+
 double facing_area(double area, const Vector3& area_vector, const Vector3& normal) {
   constexpr double least_share = 0.2;
   return std::max(-area_vector.dot(normal), least_share * area);
@@ -49,12 +53,6 @@ double bend(const ContactSurface& surface) {
 }
 
 namespace {
-
-Index slot_of(const ContactSurface& surface, Index face, int corner) {
-  return std::lower_bound(surface.nodes.begin(), surface.nodes.end(), surface.faces(face, corner)) - surface.nodes.begin();
-}
-
-int n_corners(const ContactSurface& surface, Index face) { return is_triangle(surface, face) ? 3 : 4; }
 
 // Where it is, which way it looks.
 struct FacePlane {

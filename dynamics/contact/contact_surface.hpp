@@ -61,6 +61,11 @@ void fill_sizes(ContactSurface& surface, const Points& points);
 
 inline bool is_triangle(const ContactSurface& surface, Index face) { return surface.faces(face, 2) == surface.faces(face, 3); }
 
+inline int n_corners(const ContactSurface& surface, Index face) { return is_triangle(surface, face) ? 3 : 4; }
+
+// Place of a face's corner in the surface's nodes.
+Index slot_of(const ContactSurface& surface, Index face, int corner);
+
 inline bool is_quadratic(const ContactSurface& surface, Index face) {
   return surface.middle.rows() > 0 && surface.middle(face, 0) >= 0;
 }

@@ -136,29 +136,39 @@ class RisingFaces {
   // Of two walls that it comes through in one step each lets it pass by the end of the other: where one puts it back, the other
   // holds it, and the other way round. The best of such.
   bool next_of_two(FaceHit& best) {
-    if (faces_.size() < 2) return false;
-    holding_.assign(hits_.begin(), hits_.begin() + static_cast<std::ptrdiff_t>(n_held_));
-    holding_.emplace_back();
+    thread_local std::vector<FaceHit> behind, holding;
+    find_behind(behind);
+    if (behind.size() < 2) return false;
+    holding.assign(hits_.begin(), hits_.begin() + static_cast<std::ptrdiff_t>(n_held_));
+    holding.emplace_back();
+    // Whether `face` holds the node that `other` puts back too
+    const auto holds_beside = [&](const FaceHit& other, Index face, FaceHit& hit) {
+      holding.back() = other;
+      put_back(node_, holding, foothold_);
+      return holds_from_foot(step_, node_, foothold_, face, hit);
+    };
     bool any = false;
-    for (const Index face : faces_)
-      for (const Index other : faces_) {
-        if (!rises_from(step_.master, other, face)) continue;
-        if (!holds_beside(other, face, hit_) || !fits_those_that_hold(hit_) || !holds_beside(face, other, other_hit_)) continue;
+    for (const FaceHit& one : behind)
+      for (const FaceHit& other : behind) {
+        if (!rises_from(step_.master, other.face, one.face) || !holds_beside(other, one.face, hit_)) continue;
+        if (!fits_those_that_hold(hit_) || !holds_beside(one, other.face, other_hit_)) continue;
         if (!any || nearer_the_foot(hit_, best)) best = hit_, any = true;
       }
     return any;
   }
 
-  // Whether `face` holds the node that `other` puts back too.
-  bool holds_beside(Index other, Index face, FaceHit& hit) {
-    FaceHit& beside = holding_.back();
-    const FaceCorners end = corners(step_.master, other, step_.master_body.end);
-    beside.face = other;
-    beside.end = project(end, is_triangle(step_.master, other), node_.end);
-    beside.end_gap = beside.end.distance - node_.lift;
-    if (!(beside.end_gap < 0)) return false;
-    put_back(node_, holding_, foothold_);
-    return holds_from_foot(step_, node_, foothold_, face, hit);
+  // The faces that do not hold yet and that the node, if nothing holds it, ends behind.
+  void find_behind(std::vector<FaceHit>& behind) const {
+    behind.clear();
+    for (const Index face : faces_) {
+      const auto is_this = [&](const FaceHit& of) { return of.face == face; };
+      if (std::any_of(hits_.begin(), hits_.begin() + static_cast<std::ptrdiff_t>(n_held_), is_this)) continue;
+      FaceHit hit;
+      hit.face = face;
+      hit.end = project(corners(step_.master, face, step_.master_body.end), is_triangle(step_.master, face), node_.end);
+      hit.end_gap = hit.end.distance - node_.lift;
+      if (hit.end_gap < 0) behind.push_back(hit);
+    }
   }
 
   const DetectionStep& step_;
@@ -168,7 +178,6 @@ class RisingFaces {
   std::size_t n_held_ = 1;
   FaceHit hit_, other_hit_;
   Foothold foothold_;
-  std::vector<FaceHit> holding_;
 };
 
 }  // namespace

@@ -64,8 +64,6 @@ class TermSums {
   std::vector<Index> nodes_;
 };
 
-int n_corners(const ContactSurface& surface, Index face) { return is_triangle(surface, face) ? 3 : 4; }
-
 // Corners of all segments, ascending by slot. Those of one slot from the largest face to the smallest: which look the same way
 // hangs on which comes first, and is not to hang on how the faces are numbered.
 std::vector<Corner> corners_by_slot(const ContactSurface& slave, const std::vector<FacePair>& pairs) {
@@ -76,8 +74,7 @@ std::vector<Corner> corners_by_slot(const ContactSurface& slave, const std::vect
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const Index face = pairs[i].slave_face;
     const int n = n_corners(slave, face);
-    for (int j = 0; j < n && face != before; ++j)
-      slot[j] = std::lower_bound(slave.nodes.begin(), slave.nodes.end(), slave.faces(face, j)) - slave.nodes.begin();
+    for (int j = 0; j < n && face != before; ++j) slot[j] = slot_of(slave, face, j);
     before = face;
     for (int j = 0; j < n; ++j) corners.push_back({static_cast<Index>(i), slot[j], -1, j});
   }

@@ -40,10 +40,6 @@ struct SlaveFace {
   const FaceCorners& seen(const FaceCorners& first, const FaceCorners& last) const { return at_start ? first : last; }
 };
 
-Index slot_of(const ContactSurface& slave, Index face, int corner) {
-  return std::lower_bound(slave.nodes.begin(), slave.nodes.end(), slave.faces(face, corner)) - slave.nodes.begin();
-}
-
 SlaveFace slave_face(const MortarStep& step, const PairMemory& memory, Index face) {
   SlaveFace s;
   s.face = face, s.triangle = is_triangle(step.slave, face), s.at_start = step.initial;

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Files that are replaced while they are read, and what a killed process leaves behind.
+// Files that are replaced while they are read, what a signal and a killed process leave behind.
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <csignal>
+#include <cstdarg>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -14,6 +17,19 @@
 #include "common/output_file.hpp"
 #include "common/unchanged_files.hpp"
 #include "tests/formats/temporary_folder.hpp"
+
+static int signal_during_open = 0;
+
+// In the place of libc's: as a signal that comes while the system makes the file, on a busy disk, and is handled as open() returns.
+extern "C" int open(const char* path, int flags, ...) {
+  va_list more;
+  va_start(more, flags);
+  const mode_t mode = (flags & O_CREAT) != 0 ? va_arg(more, mode_t) : 0;
+  va_end(more);
+  const auto descriptor = static_cast<int>(::syscall(SYS_openat, AT_FDCWD, path, flags, mode));
+  if (signal_during_open != 0 && (flags & O_CREAT) != 0) std::raise(signal_during_open);
+  return descriptor;
+}
 
 namespace cbr {
 namespace {
@@ -60,6 +76,24 @@ int n_temporary(const fs::path& folder) {
   int n = 0;
   for (const auto& entry : fs::directory_iterator(folder)) n += entry.path().extension() == ".tmp";
   return n;
+}
+
+TEST(TemporaryFile, IsGoneWhenASignalComesWhileItIsMade) {
+  const TemporaryFolder folder;
+  const pid_t child = ::fork();
+  if (child == 0) {
+    std::signal(SIGTERM, [](int) {
+      remove_temporary_files();
+      ::_exit(7);
+    });
+    signal_during_open = SIGTERM;
+    const TemporaryFile file(folder / "a.h5");
+    ::_exit(8);
+  }
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 7) << status;
+  EXPECT_EQ(folder.n_entries(), 0u);
 }
 
 class KilledProcess : public testing::Test {

@@ -89,7 +89,7 @@ def impulses_in_groove(folder):
     for slope in SLOPES:
         n = 24 if folder.full else 2
         depth, gained, touched = worst(folder, slope, range(n), ways)
-        deepest, most = (2e-11, 1e-4) if slope > 0.1 else (5e-3, 0.01)  # sides that meet at less than 15 degrees hold a node one at a time
+        deepest, most = (2e-11, 1e-12) if slope > 0.1 else (5e-3, 0.01)  # sides that meet at less than 15 degrees hold a node one at a time
         answers.append((f"slope {slope:g}, {n} cubes", f"{depth:.0e}; {gained:.0e}", f"{deepest:g}; {most:g}", touched and depth < deepest and gained < most))
     return answers
 

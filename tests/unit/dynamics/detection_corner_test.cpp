@@ -197,16 +197,24 @@ TEST(HollowCorner, EndsWhereItsFacesEnd) {
 
 // Nodes amid sides carry no area, and say nothing of how much a surface bends.
 TEST(ContactSurface, BendsAsItsFacesDo) {
-  Patch g = groove(1);
-  const double linear = bend(g.surface);
-  EXPECT_NEAR(linear, 0, 1e-12);  // four of six nodes are on one face each
-  Points x(8, 3);
-  x << g.body.start, -0.5, 0, 0.5, 0.5, 0, 0.5;
-  g.surface.nodes = {0, 1, 2, 3, 4, 5, 6, 7};
-  g.surface.middle = IndexTable::Constant(2, 4, -1);
-  g.surface.middle(0, 0) = 6, g.surface.middle(1, 0) = 7;
-  fill_sizes(g.surface, x);
-  EXPECT_EQ(bend(g.surface), linear);
+  // Three faces of a cube that share a corner: a node of three, three of two, three of one
+  Patch p = patch(1, 0, true);
+  Points x(16, 3);
+  x.topRows(7) << 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 1, 0, 0, 1, 1, 1, 0, 1;
+  p.surface.faces.resize(3, 4);
+  p.surface.faces << 0, 1, 4, 2, 0, 2, 5, 3, 0, 3, 6, 1;
+  p.surface.nodes = {0, 1, 2, 3, 4, 5, 6};
+  fill_sizes(p.surface, x.topRows(7));
+  EXPECT_NEAR(bend(p.surface), 1 - std::sqrt(0.5), 1e-12);
+  p.surface.middle = IndexTable::Constant(3, 4, -1);
+  Index n = 7;
+  for (Index f = 0; f < 3; ++f)
+    for (int a = 0; a < 3; ++a, ++n) {
+      x.row(n) = 0.5 * (x.row(p.surface.faces(f, a)) + x.row(p.surface.faces(f, a + 1)));
+      p.surface.middle(f, a) = n, p.surface.nodes.push_back(n);
+    }
+  fill_sizes(p.surface, x);
+  EXPECT_NEAR(bend(p.surface), 1 - std::sqrt(0.5), 1e-12);
 }
 
 }  // namespace
