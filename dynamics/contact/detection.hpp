@@ -8,7 +8,7 @@
 
 namespace cbr {
 
-// Lengths as shares of the master face's size.
+// Lengths as shares of the master face's size, where nothing else is said.
 struct DetectionOptions {
   // A node this far off a face still counts as over it: matching surfaces whose edges coincide stay in contact at their edges
   // although they slip a little (2 % of a face at the rim of the paper's blocks, which are strained by 7 %).
@@ -19,6 +19,8 @@ struct DetectionOptions {
   double late_depth = 0.05;
   // A node that starts less deep than this behind a face may be just beside it, within the edge tolerances.
   double kept_depth = 1e-3;
+  // Mortar: of what a point is found deeper than it was left, at most this share of the largest motion is pushed out in a step.
+  double drift_share = 0.25;
 
   // How far beyond a face's box the nodes may be that count as over it, as a share of the box: its corners moved off a triangle's
   // centre of area by 3, of a quad's by 2 edge tolerances; what is twisted by its square.

@@ -26,7 +26,7 @@ void keep_state(StateArchive& archive, GapResponse& W) { archive(W.is_sparse, W.
 
 void keep_state(StateArchive& archive, PairMemory& memory) {
   archive(memory.face, memory.known_face, memory.further_faces, memory.offset, memory.impulse, memory.elastic_slip, memory.near);
-  archive(memory.has_points, memory.adjust, memory.initial_overlap, memory.initial_gap, memory.depth);
+  archive(memory.has_points, memory.adjust, memory.initial_overlap, memory.initial_gap, memory.depth, memory.drift_taken);
 }
 
 void keep_state(StateArchive& archive, PenaltyMemory& memory) { archive(memory.stiffness, memory.dashpot, memory.n_seen); }

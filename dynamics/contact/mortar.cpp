@@ -141,6 +141,35 @@ void merge_rows(const FaceGroups& of, const std::vector<Group>& groups, std::vec
   }
 }
 
+// The last step's impulse on the point's node along the point's normal; 0 if it pushed another way.
+double pushed_along(const ContactPoint& point, const PairMemory& memory) {
+  if (memory.impulse.rows() == 0) return 0;
+  const auto impulse = memory.impulse.row(point.slot);
+  const double along = impulse.dot(point.normal());
+  return along > same_side * impulse.norm() ? along : 0;
+}
+
+// What a point is found deeper than contact left it is not thrown out in one step. Found behind faces that it has not come through:
+// all of it stays, as overlap. By the change of the weights as the faces slide: impulses may give back what such changes have taken
+// before, judged by those of the last step. A node on an edge has one overlap for all its sides; `first` is the largest of them.
+// False: another side is behind by so much that it is not to count.
+bool keep_what_jumps(const MortarStep& step, const ContactPoint& point, double start, bool first, PairMemory& memory) {
+  if (first && (step.initial || (memory.face[point.slot] < 0 && start < 0))) {
+    keep_overlap(point.slot, start, step.initial, memory);
+    return true;
+  }
+  double& offset = memory.offset[point.slot];
+  const double drift = std::min(0.0, offset) - start;
+  if (memory.lets_jump || !(drift > 0)) return true;
+  const double impulse = pushed_along(point, memory), left = memory.drift_taken - memory.drift_reserved;
+  if (!first && drift > step.options.late_depth * step.master.sizes[point.face]) return false;
+  double given = 0;
+  if (impulse > 0 && left > 0) given = std::min({drift, left / impulse, step.options.drift_share * step.motion});
+  memory.drift_reserved += impulse * given;
+  offset = std::min(offset, start + given);
+  return true;
+}
+
 // Appends the point of corners [first, last), or nothing if it is out of reach.
 void add_point(const MortarStep& step, const std::vector<FacePair>& pairs, const std::vector<const Corner*>& of, Index slot,
                bool is_first, TermSums& slave_sums, TermSums& master_sums, PairMemory& memory, ContactList& list) {
@@ -176,9 +205,11 @@ void add_point(const MortarStep& step, const std::vector<FacePair>& pairs, const
     return;
   }
   const double start = gap(step.slave_body.start, step.master_body.start);
-  // Found behind a face that it has not come through: left where it is, not thrown out
-  if (is_first && (step.initial || (memory.face[slot] < 0 && start < 0))) keep_overlap(slot, start, step.initial, memory);
   point.frame = contact_frame(normal);
+  if (!keep_what_jumps(step, point, start, is_first, memory)) {
+    list.terms.resize(point.first_term);
+    return;
+  }
   point.gap[0] = end - memory.offset[slot];
   point.start_gap = start - memory.offset[slot];
   point.n_terms = static_cast<Index>(list.terms.size()) - point.first_term;
@@ -191,6 +222,7 @@ void detect_mortar(const ContactSurface& slave, const ContactBody& slave_body, c
                    const ContactBody& master_body, bool initial, const DetectionOptions& options, PairMemory& memory,
                    ContactList& list) {
   start_memory(static_cast<Index>(slave.nodes.size()), memory);
+  memory.drift_reserved = 0;
   const MortarStep step = mortar_step(slave, slave_body, master, master_body, initial, options, memory);
   std::vector<FacePair> pairs = find_face_pairs(step, memory);
   std::vector<Corner> corners = corners_by_slot(slave, pairs);

@@ -242,10 +242,9 @@ std::vector<char> nodes_in_reach(const MortarStep& step, const CandidateList& li
 
 MortarStep mortar_step(const ContactSurface& slave, const ContactBody& slave_body, const ContactSurface& master,
                        const ContactBody& master_body, bool initial, const DetectionOptions& options, const PairMemory& memory) {
-  MortarStep step{slave, slave_body, master, master_body, options, initial, 0, 0, mean_motion(master, master_body)};
-  step.reach =
-      contact_reach(master.size, largest_motion(slave, slave_body, step.drift) + largest_motion(master, master_body, step.drift),
-                    initial, memory);
+  MortarStep step{slave, slave_body, master, master_body, options, initial, 0, 0, 0, mean_motion(master, master_body)};
+  step.motion = largest_motion(slave, slave_body, step.drift) + largest_motion(master, master_body, step.drift);
+  step.reach = contact_reach(master.size, step.motion, initial, memory);
   step.far = step.reach + 0.5 * std::max(slave.size, master.size);
   return step;
 }

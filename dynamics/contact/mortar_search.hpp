@@ -17,6 +17,7 @@ struct MortarStep {
   const ContactBody& master_body;
   const DetectionOptions& options;
   bool initial;
+  double motion;  // largest of any node against the master's mean, in the step
   double reach;   // points with gaps up to this are of interest
   double far;     // faces up to this: the support of a point on a curved surface
   Vector3 drift;  // mean motion of the master: boxes are swept by relative motion only

@@ -52,6 +52,11 @@ void remember(const ContactList& list, std::size_t first, std::size_t last, cons
               double closed, PairMemory& memory) {
   if (first == last) return forget(memory);
   memory.has_points = true;
+  for (std::size_t i = first; i < last && memory.impulse.rows() > 0; ++i) {
+    const ContactPoint& point = list.points[i];  // what was closed, and is not now although nothing has moved yet
+    if (memory.impulse.row(point.slot).dot(point.normal()) > 0)
+      memory.drift_taken += impulse(static_cast<Index>(i), 0) * point.start_gap;
+  }
   std::fill(memory.face.begin(), memory.face.end(), -1);
   std::fill(memory.further_faces.begin(), memory.further_faces.end(), -1);
   memory.impulse.setZero(memory.offset.size(), 3);

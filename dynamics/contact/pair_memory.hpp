@@ -25,8 +25,14 @@ struct PairMemory {
   std::vector<Index> near;  // mortar: slave and master face of each pair of faces that the last search found, ascending
   std::vector<Box> node_boxes, face_boxes;
   BroadPhase grid;
-  bool has_points = false;        // in the last step
-  double adjust = 0;              // given before the first step: initial gaps and overlaps up to this length count as closed
+  // Mortar: as faces slide, the weights of a point change and its gap with them. What impulses have taken over such changes
+  // (impulse x length: energy x step) and may give back; what is set aside for the points of this step.
+  double drift_taken = 0, drift_reserved = 0;
+  bool has_points = false;  // in the last step
+  double adjust = 0;        // given before the first step: initial gaps and overlaps up to this length count as closed
+  // Given before the first step: mortar's points found deeper than they were left count so at once: springs push them out softly,
+  // ties join them where they are.
+  bool lets_jump = false;
   double initial_overlap = 0;     // largest depth found by the initial detection
   double initial_gap = HUGE_VAL;  // smallest gap from 0 that it found within reach
   double depth = 0;               // largest depth at the end of the last step: what is behind a face is still looked for

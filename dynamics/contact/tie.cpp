@@ -100,6 +100,7 @@ TieReport tie_mortar(const ContactSurface& slave, const Points& slave_positions,
   ContactBody a, b;
   a.start = a.end = slave_positions, b.start = b.end = master_positions;
   PairMemory memory;
+  memory.lets_jump = true;
   ContactList near;
   detect_mortar(slave, a, master, b, true, options, memory, near);
   TieReport report;

@@ -7,6 +7,7 @@ PairState& ContactPair::state() {
   if (!state_) {
     state_ = std::make_unique<PairState>();
     state_->memory.adjust = state_->back.adjust = adjust.value_or(0);
+    state_->memory.lets_jump = enforcement == Enforcement::penalty;
   }
   return *state_;
 }

@@ -135,7 +135,8 @@ TEST(Mortar, GapsCloseAsTheStepIsTold) {
       PairMemory again;
       const ContactList after = run(moved, master, again, true);
       for (const ContactPoint& a : before.points) {
-        const auto b = std::find_if(after.points.begin(), after.points.end(), [&](const ContactPoint& p) { return p.slot == a.slot; });
+        const auto b =
+            std::find_if(after.points.begin(), after.points.end(), [&](const ContactPoint& p) { return p.slot == a.slot; });
         ASSERT_NE(b, after.points.end());
         const double predicted = a.normal().dot(apply(before, a, moved.body.end, master.body.end));
         const double found = b->normal().dot(apply(after, *b, moved.body.end, master.body.end));
@@ -272,6 +273,46 @@ TEST(Mortar, InitialOverlapIsKept) {
   list = run(slave, master, memory);
   ASSERT_EQ(list.points.size(), 20u);
   for (const auto& point : list.points) EXPECT_NEAR(point.gap[0], -1e-3, 1e-14);
+}
+
+// Nodes that were closed are found 0.01 deep before anything has moved, as their weights have changed.
+TEST(Mortar, ImpulsesGiveBackOverDriftsWhatTheyHaveTaken) {
+  FaceGrid slave = face_grid(4, 3, false), master = face_grid(3, 3, true);
+  PairMemory touched;
+  const ContactList closed = run(slave, master, touched, true);
+  ASSERT_EQ(closed.points.size(), 20u);
+  Points gap = Points::Zero(20, 3), impulse = Points::Zero(20, 3);
+  impulse.col(0).setConstant(3);
+  remember(closed, 0, 20, gap, impulse, 1e-6, touched);
+  EXPECT_EQ(touched.drift_taken, 0);
+  shift(slave, Vector3(0, 0, -0.01));
+  move(slave, Vector3(0.1, 0, 0));
+  const auto depths = [&](double taken, bool lets_jump, PairMemory& memory) {
+    memory = touched;
+    memory.drift_taken = taken, memory.lets_jump = lets_jump;
+    double sum = 0;
+    for (const ContactPoint& point : run(slave, master, memory).points) sum -= point.start_gap;
+    return sum;
+  };
+  PairMemory memory;
+  EXPECT_NEAR(depths(0, false, memory), 0, 1e-12);
+  EXPECT_NEAR(memory.offset.maxCoeff(), -0.01, 1e-12);
+  EXPECT_NEAR(depths(0.09, false, memory), 0.09 / 3, 1e-12);
+  EXPECT_NEAR(depths(100, false, memory), 20 * 0.01, 1e-12);
+  EXPECT_NEAR(memory.offset.minCoeff(), 0, 1e-12);
+  EXPECT_NEAR(depths(0, true, memory), 20 * 0.01, 1e-12);
+  // Not more in a step than a quarter of the motion
+  slave.body.end = slave.body.start;
+  move(slave, Vector3(0.008, 0, 0));
+  EXPECT_NEAR(depths(100, false, memory), 20 * 0.002, 1e-12);
+  // What is pushed out brings energy, what is caught up with takes it
+  const ContactList found = run(slave, master, memory);
+  remember(found, 0, found.points.size(), gap, impulse, 1e-6, memory);
+  EXPECT_NEAR(memory.drift_taken, 100 - 3 * 20 * 0.002, 1e-10);
+  shift(slave, Vector3(0, 0, 0.02));
+  const ContactList apart = run(slave, master, memory);
+  remember(apart, 0, apart.points.size(), gap, impulse, 1e-6, memory);
+  EXPECT_GT(memory.drift_taken, 100);
 }
 
 // What rests on a plate and hangs over its rim is not held by the plate's side, nor is the side of what rests.
