@@ -129,7 +129,7 @@ bool is_sound(const std::filesystem::path& file, const std::function<void()>& vi
   if (it != known.end() && !error) return it->second;
   constexpr std::size_t most = 10000;
   if (known.size() >= most) known.clear();
-  return known[seen] = look_through(file, size) && survives_in_child(visit, seconds_to_read(size));
+  return known[seen] = look_through(file, size) && survives_in_child(file.string(), visit, seconds_to_read(size));
 }
 
 }  // namespace cbr::hdf5

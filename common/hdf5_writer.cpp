@@ -63,6 +63,12 @@ struct Hdf5Writer::Impl {
   static Handle access() {
     Handle properties(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
     H5Pset_libver_bounds(properties, H5F_LIBVER_V18, H5F_LIBVER_V18);
+    // Small datasets would be held back until they are closed, where nobody hears of a write that fails: the file would be whole
+    // but for zeros.
+    H5Pset_sieve_buf_size(properties, 0);
+#if H5_VERSION_GE(1, 10, 7)
+    H5Pset_file_locking(properties, false, true);  // the file is ours alone; locks only fail on network disks
+#endif
     return properties;
   }
 

@@ -60,7 +60,13 @@ void refuse_protected(const fs::path& target, const fs::path& resolved) {
 // Of what is replaced: permissions, and the owner and group where the system lets us.
 void keep_mode(const fs::path& target, int descriptor) {
   struct stat old = {}, now = {};
-  if (::stat(target.c_str(), &old) != 0 || ::fstat(descriptor, &now) != 0) return;
+  if (::fstat(descriptor, &now) != 0) return;
+  if (::stat(target.c_str(), &old) != 0) {  // it was removed meanwhile: as a new file
+    const mode_t mask = ::umask(0);
+    ::umask(mask);
+    ::fchmod(descriptor, 0666 & ~mask);
+    return;
+  }
   mode_t mode = old.st_mode & (S_IRWXU | S_IRWXG | S_IRWXO);
   const bool same_group = now.st_gid == old.st_gid || ::fchown(descriptor, static_cast<uid_t>(-1), old.st_gid) == 0;
   if (now.st_uid != old.st_uid) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "common/program.hpp"
 
+#include <pthread.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -51,7 +52,17 @@ char name_for_handler[64] = "cbr";
 
 void write_from_handler(const char* text) { [[maybe_unused]] const auto written = ::write(STDERR_FILENO, text, std::strlen(text)); }
 
+// A handler runs on the thread that the program began with: were it on one of BLAS's, that one would go on and make new files.
+pthread_t first_thread;
+
+bool is_handed_on(int number) {
+  if (::pthread_equal(::pthread_self(), first_thread)) return false;
+  ::pthread_kill(first_thread, number);
+  return true;
+}
+
 extern "C" void end_by_signal(int number) {
+  if (is_handed_on(number)) return;
   if (is_noting && noted == 0) {
     noted = number;
     return;
@@ -64,18 +75,25 @@ extern "C" void end_by_signal(int number) {
   ::_exit(1);
 }
 
-extern "C" void end_quietly(int) {
+extern "C" void end_quietly(int number) {
+  if (is_handed_on(number)) return;
   remove_temporary_files();
   ::_exit(1);
 }
 
 void install_handlers() {
+  first_thread = ::pthread_self();
+  struct sigaction action = {}, before = {};
+  for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) sigaddset(&action.sa_mask, number);  // one at a time
+  action.sa_flags = SA_RESTART;
+  action.sa_handler = end_by_signal;
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
     // nohup and a shell's background jobs ask that a signal be ignored.
-    if (std::signal(number, end_by_signal) == SIG_IGN) std::signal(number, SIG_IGN);
+    if (::sigaction(number, nullptr, &before) == 0 && before.sa_handler != SIG_IGN) ::sigaction(number, &action, nullptr);
   }
-  std::signal(SIGPIPE, end_quietly);  // who reads our scene has gone: nothing is left to do
-  std::signal(SIGXFSZ, SIG_IGN);      // a write over the size limit then fails with a message of its own
+  action.sa_handler = end_quietly;
+  ::sigaction(SIGPIPE, &action, nullptr);  // who reads our scene has gone: nothing is left to do
+  std::signal(SIGXFSZ, SIG_IGN);           // a write over the size limit then fails with a message of its own
 }
 
 std::string program_name(const CLI::App& app, int argc, char** argv) {

@@ -47,7 +47,7 @@ NetcdfReader::NetcdfReader(const std::filesystem::path& file) : where_(file.stri
   const bool classic = check_classic_netcdf(file);
   const std::uintmax_t size = std::filesystem::file_size(file, error);
   most_ = (classic ? 1 : 1e3) * static_cast<double>(size);
-  if (!classic && !survives_in_child([&] { visit_all(file); }, seconds_to_read(size)))
+  if (!classic && !survives_in_child(where_, [&] { visit_all(file); }, seconds_to_read(size)))
     throw InputError(where_ + ": is a damaged netCDF file: the netCDF library fails on it, or reads for ever");
   const int status = nc_open(file.c_str(), NC_NOWRITE, &file_);
   if (status != NC_NOERR) {

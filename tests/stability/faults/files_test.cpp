@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <csignal>
 #include <cstdarg>
 #include <filesystem>
@@ -19,6 +20,22 @@
 #include "tests/formats/temporary_folder.hpp"
 
 static int signal_during_open = 0;
+static int writes_before_a_full_disk = -1;  // the one after them fails, the next do not
+
+static ssize_t write_at(int descriptor, const void* data, size_t size, off_t place) {
+  if (writes_before_a_full_disk >= 0 && writes_before_a_full_disk-- == 0) {
+    errno = ENOSPC;
+    return -1;
+  }
+  return ::syscall(SYS_pwrite64, descriptor, data, size, place);
+}
+
+extern "C" ssize_t pwrite(int descriptor, const void* data, size_t size, off_t place) {
+  return write_at(descriptor, data, size, place);
+}
+extern "C" ssize_t pwrite64(int descriptor, const void* data, size_t size, off64_t place) {
+  return write_at(descriptor, data, size, place);
+}
 
 // In the place of libc's: as a signal that comes while the system makes the file, on a busy disk, and is handled as open() returns.
 extern "C" int open(const char* path, int flags, ...) {
@@ -134,6 +151,49 @@ TEST_F(KilledProcess, NextRunRemovesWhatItLeft) {
   EXPECT_EQ(test::bytes_of(folder_ / "a.h5"), "after");
   EXPECT_EQ(n_temporary(folder_.path()), 3);
   for (const fs::path& file : {of_alive, foreign, other}) EXPECT_TRUE(fs::exists(file)) << file;
+}
+
+// A disk that is full for a moment: told, or the file is right.
+TEST(FullForAMoment, IsToldOrDoesNoHarm) {
+  const TemporaryFolder folder;
+  const fs::path file = folder / "a.h5";
+  const Vector values = Vector::LinSpaced(50, 1, 2);
+  const Matrix matrix = values * values.transpose();
+  int n_told = 0, n_writes = 0;
+  for (bool reached = true; reached; ++n_writes) {
+    writes_before_a_full_disk = n_writes;
+    bool told = false;
+    try {
+      Hdf5Writer writer(file);
+      for (int i = 0; i < 5; ++i) writer.write("/steps/" + std::to_string(i) + "/u", values);
+      writer.write("/K", matrix);
+      writer.attribute("/", "name", std::string("x"));
+      writer.commit();
+    } catch (const RunError& error) {
+      told = true;
+      EXPECT_NE(std::string(error.what()).find("No space left"), std::string::npos) << error.what();
+    }
+    reached = writes_before_a_full_disk < 0;
+    writes_before_a_full_disk = -1;
+    n_told += told;
+    if (told) continue;
+    const Hdf5Reader reader(file);
+    for (int i = 0; i < 5; ++i) EXPECT_EQ(reader.read_vector("/steps/" + std::to_string(i) + "/u"), values) << n_writes;
+    EXPECT_EQ(reader.read_matrix("/K"), matrix) << n_writes;
+    EXPECT_EQ(reader.read_string("/", "name"), "x");
+  }
+  EXPECT_GT(n_told, 5);
+  EXPECT_EQ(folder.n_entries(), 1u);
+}
+
+TEST(TemporaryFile, HasTheModeOfANewFileWhereTheOldOneHasGone) {
+  const TemporaryFolder folder;
+  test::write_bytes(folder / "a.h5", "before");
+  const fs::perms usual = fs::status(folder / "a.h5").permissions();
+  TemporaryFile file(folder / "a.h5");
+  fs::remove(folder / "a.h5");
+  file.commit();
+  EXPECT_EQ(fs::status(folder / "a.h5").permissions(), usual);
 }
 
 // What a checkpoint keeps of fields that are still being written: a whole file, and the next writer goes on with it.

@@ -92,9 +92,10 @@ def prepared(folder):
     run(folder, "cbr-reduce", scene(folder))
 
 
-def wait_for(condition, process, seconds=20):
+def wait_for(condition, process, seconds=120):
     until = time.monotonic() + seconds
-    while not condition() and process.poll() is None and time.monotonic() < until:
+    while not condition() and process.poll() is None:
+        assert time.monotonic() < until, f"nothing came of {process.args} in {seconds} s"
         time.sleep(0.002)
 
 

@@ -3,24 +3,48 @@
 
 #include <gtest/gtest.h>
 
+#include <csignal>
 #include <cstdlib>
 #include <stdexcept>
+#include <string>
+
+#include "common/error.hpp"
 
 namespace cbr {
 namespace {
 
 TEST(ChildProcess, TellsWhatCameBack) {
   int here = 0;
-  EXPECT_TRUE(survives_in_child([&] { here = 1; }, 10));
+  EXPECT_TRUE(survives_in_child(
+      "a.exo", [&] { here = 1; }, 10));
   EXPECT_EQ(here, 0);  // it was a copy
-  EXPECT_TRUE(survives_in_child([] { throw std::runtime_error("the parent comes to it, too"); }, 10));
-  EXPECT_FALSE(survives_in_child([] { std::abort(); }, 10));
-  EXPECT_FALSE(survives_in_child([] { std::_Exit(3); }, 10));
+  EXPECT_TRUE(survives_in_child(
+      "a.exo", [] { throw std::runtime_error("the parent comes to it, too"); }, 10));
+  EXPECT_FALSE(survives_in_child(
+      "a.exo", [] { std::abort(); }, 10));
+  EXPECT_FALSE(survives_in_child(
+      "a.exo", [] { std::_Exit(3); }, 10));
+}
+
+// A hangup that nohup ignores, Ctrl-C that the parent notes: not the child's to heed. What kills it outright says nothing of the
+// file.
+TEST(ChildProcess, SignalsFromOutsideSayNothingOfTheFile) {
+  for (const int number : {SIGTERM, SIGINT, SIGHUP})
+    EXPECT_TRUE(survives_in_child(
+        "a.exo", [&] { std::raise(number); }, 10));
+  try {
+    survives_in_child(
+        "a.exo", [] { std::raise(SIGKILL); }, 10);
+    ADD_FAILURE();
+  } catch (const RunError& error) {
+    EXPECT_NE(std::string(error.what()).find("a.exo: reading it was ended by signal 9"), std::string::npos) << error.what();
+  }
 }
 
 TEST(ChildProcess, EndsWhatNeverEnds) {
   volatile bool ever = true;
   EXPECT_FALSE(survives_in_child(
+      "a.exo",
       [&] {
         while (ever) continue;
       },

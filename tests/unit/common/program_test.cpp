@@ -22,6 +22,8 @@ using testing::KilledBySignal;
 
 // A program of one option, in the process of a death test.
 [[noreturn]] void run(std::vector<std::string> arguments, const std::function<void()>& body) {
+  for (const int number : {SIGINT, SIGTERM, SIGHUP})
+    std::signal(number, SIG_DFL);  // nohup, and shells' background jobs, ignore some
   CLI::App app("what it does", "cbr-test");
   CommonOptions options;
   Index modes = 0;
