@@ -149,30 +149,52 @@ double pushed_along(const ContactPoint& point, const PairMemory& memory) {
   return along > same_side * impulse.norm() ? along : 0;
 }
 
-// What a point is found deeper than contact left it is not thrown out in one step. Found behind faces that it has not come through:
-// all of it stays, as overlap. By the change of the weights as the faces slide: impulses may give back what such changes have taken
-// before, judged by those of the last step. A node on an edge has one overlap for all its sides; `first` is the largest of them.
-// False: another side is behind by so much that it is not to count.
-bool keep_what_jumps(const MortarStep& step, const ContactPoint& point, double start, bool first, PairMemory& memory) {
+// A point that is found deeper than contact left it, by `drift`.
+struct Jump {
+  std::size_t point = 0;
+  double drift = 0, impulse = 0;  // of the last step
+};
+
+// Points that are found deeper than contact left them are not thrown out in one step. Found behind faces that it has not come
+// through, a node keeps all as overlap. A node on an edge has one overlap for all its sides; `first` is the largest of them. False:
+// another side is behind by so much that it is not to count. What changed weights have done goes to `jumps`.
+bool keep_overlaps(const MortarStep& step, const ContactPoint& point, double start, bool first, std::size_t place,
+                   PairMemory& memory, std::vector<Jump>& jumps) {
   if (first && (step.initial || (memory.face[point.slot] < 0 && start < 0))) {
     keep_overlap(point.slot, start, step.initial, memory);
     return true;
   }
-  double& offset = memory.offset[point.slot];
-  const double drift = std::min(0.0, offset) - start;
+  const double drift = std::min(0.0, memory.offset[point.slot]) - start;
   if (memory.lets_jump || !(drift > 0)) return true;
-  const double impulse = pushed_along(point, memory), left = memory.drift_taken - memory.drift_reserved;
   if (!first && drift > step.options.late_depth * step.master.sizes[point.face]) return false;
-  double given = 0;
-  if (impulse > 0 && left > 0) given = std::min({drift, left / impulse, step.options.drift_share * step.motion});
-  memory.drift_reserved += impulse * given;
-  offset = std::min(offset, start + given);
+  jumps.push_back({place, drift, pushed_along(point, memory)});
   return true;
 }
 
-// Appends the point of corners [first, last), or nothing if it is out of reach.
+// As the faces slide, the weights of the points change, and gaps with them. Impulses push out no more of that than brings back the
+// energy that such changes have taken, judged by the impulses of the last step, each point its share; the rest stays as overlap.
+// Gaps count from the overlaps then.
+void settle_overlaps(const MortarStep& step, const std::vector<Jump>& jumps, std::size_t first, PairMemory& memory,
+                     ContactList& list) {
+  const double most = step.options.drift_share * step.motion;
+  double asked = 0;
+  for (const Jump& jump : jumps) asked += jump.impulse * std::min(jump.drift, most);
+  const double share = asked > 0 ? std::clamp(memory.drift_taken / asked, 0.0, 1.0) : 0.0;
+  for (const Jump& jump : jumps) {
+    const ContactPoint& point = list.points[jump.point];
+    const double given = jump.impulse > 0 ? share * std::min(jump.drift, most) : 0.0;
+    memory.offset[point.slot] = std::min(memory.offset[point.slot], point.start_gap + given);
+  }
+  for (std::size_t i = first; i < list.points.size(); ++i) {
+    ContactPoint& point = list.points[i];
+    point.gap[0] -= memory.offset[point.slot], point.start_gap -= memory.offset[point.slot];
+  }
+}
+
+// Appends the point of corners [first, last), its gaps without overlaps yet, or nothing if it is out of reach.
 void add_point(const MortarStep& step, const std::vector<FacePair>& pairs, const std::vector<const Corner*>& of, Index slot,
-               bool is_first, TermSums& slave_sums, TermSums& master_sums, PairMemory& memory, ContactList& list) {
+               bool is_first, TermSums& slave_sums, TermSums& master_sums, PairMemory& memory, std::vector<Jump>& jumps,
+               ContactList& list) {
   ContactPoint point;
   point.slot = slot;
   point.first_term = static_cast<Index>(list.terms.size());
@@ -206,12 +228,11 @@ void add_point(const MortarStep& step, const std::vector<FacePair>& pairs, const
   }
   const double start = gap(step.slave_body.start, step.master_body.start);
   point.frame = contact_frame(normal);
-  if (!keep_what_jumps(step, point, start, is_first, memory)) {
+  if (!keep_overlaps(step, point, start, is_first, list.points.size(), memory, jumps)) {
     list.terms.resize(point.first_term);
     return;
   }
-  point.gap[0] = end - memory.offset[slot];
-  point.start_gap = start - memory.offset[slot];
+  point.gap[0] = end, point.start_gap = start;
   point.n_terms = static_cast<Index>(list.terms.size()) - point.first_term;
   list.points.push_back(point);
 }
@@ -222,7 +243,6 @@ void detect_mortar(const ContactSurface& slave, const ContactBody& slave_body, c
                    const ContactBody& master_body, bool initial, const DetectionOptions& options, PairMemory& memory,
                    ContactList& list) {
   start_memory(static_cast<Index>(slave.nodes.size()), memory);
-  memory.drift_reserved = 0;
   const MortarStep step = mortar_step(slave, slave_body, master, master_body, initial, options, memory);
   std::vector<FacePair> pairs = find_face_pairs(step, memory);
   std::vector<Corner> corners = corners_by_slot(slave, pairs);
@@ -232,6 +252,7 @@ void detect_mortar(const ContactSurface& slave, const ContactBody& slave_body, c
   choose_kept(pairs, of_faces, groups);
   merge_rows(of_faces, groups, pairs);
   const std::size_t before = list.points.size();
+  std::vector<Jump> jumps;
   TermSums slave_sums(slave_body.end.rows()), master_sums(master_body.end.rows());
   std::vector<std::vector<const Corner*>> of(1);
   for (std::size_t first = 0, last = 0; first < corners.size(); first = last) {
@@ -244,10 +265,12 @@ void detect_mortar(const ContactSurface& slave, const ContactBody& slave_body, c
       of[g].push_back(&corners[last]);
     }
     std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return groups[g0 + a].D > groups[g0 + b].D; });
-    for (const Index g : order) add_point(step, pairs, of[g], slot, g == order.front(), slave_sums, master_sums, memory, list);
+    for (const Index g : order)
+      add_point(step, pairs, of[g], slot, g == order.front(), slave_sums, master_sums, memory, jumps, list);
     for (auto& group : of) group.clear();
   }
-  if (list.points.size() == before) forget(memory);
+  if (list.points.size() == before) return forget(memory);
+  settle_overlaps(step, jumps, before, memory, list);
 }
 
 }  // namespace cbr

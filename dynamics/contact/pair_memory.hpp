@@ -26,8 +26,8 @@ struct PairMemory {
   std::vector<Box> node_boxes, face_boxes;
   BroadPhase grid;
   // Mortar: as faces slide, the weights of a point change and its gap with them. What impulses have taken over such changes
-  // (impulse x length: energy x step) and may give back; what is set aside for the points of this step.
-  double drift_taken = 0, drift_reserved = 0;
+  // (impulse x length: energy x step) and may give back.
+  double drift_taken = 0;
   bool has_points = false;  // in the last step
   double adjust = 0;        // given before the first step: initial gaps and overlaps up to this length count as closed
   // Given before the first step: mortar's points found deeper than they were left count so at once: springs push them out softly,
