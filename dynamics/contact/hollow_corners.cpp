@@ -66,8 +66,10 @@ bool holds_from_foot(const DetectionStep& step, const SlaveNode& node, const Foo
   const FaceCorners start = corners(step.master, face, step.master_body.start);
   const Projection before = project(start, triangle, node.start);
   hit.start_gap = before.distance - node.lift;
+  // A face that it rises from is another one, however flat the two are bent
   const auto is_this = [&](Index f) {
-    return f == face || (f >= 0 && before.normal.dot(mean_normal(corners(step.master, f, step.master_body.start))) >= nearly_flat);
+    return f == face || (f >= 0 && !rises_from(step.master, face, f) && !rises_from(step.master, f, face) &&
+                         before.normal.dot(mean_normal(corners(step.master, f, step.master_body.start))) >= nearly_flat);
   };
   const bool touched = is_this(node.face) || std::any_of(node.further.begin(), node.further.end(), is_this);
   if (-hit.start_gap > (touched ? 1 : step.options.kept_depth) * size) return false;

@@ -238,8 +238,9 @@ std::optional<Meeting> meeting_at_foot(const DenseSurface& master, const DensePa
   m.end = foot_on(end, node.end);
   m.start_gap = before.distance;
   const auto is_this = [&](Index g) {
-    return g == face ||
-           before.normal.dot(mean_normal(corners(master.faces[static_cast<std::size_t>(g)], path.start))) >= nearly_flat;
+    const auto i = static_cast<std::size_t>(g);
+    return g == face || (!is_among(master.rising[f], g) && !is_among(master.rising[i], face) &&
+                         before.normal.dot(mean_normal(corners(master.faces[i], path.start))) >= nearly_flat);
   };
   const bool touched = std::any_of(node.touched.begin(), node.touched.end(), is_this);
   // Where the planes that it stands on and this one meet

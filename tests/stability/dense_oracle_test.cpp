@@ -195,8 +195,8 @@ void compare_all(bool (*change)(RandomScene&), double most = most_left_out, doub
   test::Worst worst;
   std::vector<unsigned> numbers;
   for (unsigned seed = seeds.first; seed < seeds.first + seeds.count; ++seed) numbers.push_back(seed);
-  // Once wrong: springs of a held mesh; a node in a valley between faces, come off for a step
-  if (!seeds.thorough) numbers.insert(numbers.end(), {1005, 1132});
+  // Once wrong: springs of a held mesh; a node in a valley between faces, come off for a step; hollow edges that are bent flat
+  if (!seeds.thorough) numbers.insert(numbers.end(), {1005, 1132, 3141547, 3141552});
   for (const unsigned seed : numbers) {
     RandomScene scene = test::random_scene(seed);
     if (!change(scene)) continue;
