@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Skin, boundary, loads, time, output: what is done with it.
+#include <cctype>
 #include <set>
 
 #include "common/scene_parse.hpp"
@@ -61,7 +62,9 @@ void parse_step(const SceneNode& node, TimeOptions& time) {
           "found a number above 1, expected one from above 0 to 1 (above 1 with integrator: newmark or mass_scaling: true only)");
   } else if (!node.is_scalar()) {
     node.fail("expected auto, seconds, or {cfl: NUMBER}");
-  } else if (node.text() != "auto") {
+  } else if (const std::string text = node.text(); text != "auto") {
+    if (std::isalpha(static_cast<unsigned char>(text.front())) != 0)
+      node.fail("found '" + text + "', expected auto, seconds, or {cfl: NUMBER}");
     time.step = node.positive();
   }
 }

@@ -17,6 +17,13 @@ int main(int argc, char** argv) {
   mallopt(M_TRIM_THRESHOLD, 1 << 30);
   const cbr::FlushDenormals flush;  // before there are threads
   CLI::App app("Runs a scene of superelements and meshes with contact, and writes the results file.", "cbr-dyn");
+  app.footer(
+      "examples:\n"
+      "  cbr-dyn impact.yaml -o results.h5                       superelements that the scene names are there already "
+      "(cbr-reduce)\n"
+      "  cbr-reduce impact.yaml | cbr-skin - | cbr-dyn - -o results.h5\n"
+      "  cbr-dyn impact.yaml -o results.h5 --check-error         and what half of the modes would change\n"
+      "  cbr-dyn impact.yaml -o results.h5 --restart results.checkpoint.h5");
   std::string scene, output, restart;
   cbr::BuildOptions build;
   cbr::CommonOptions common;

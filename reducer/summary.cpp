@@ -58,8 +58,15 @@ void warn_of_residual_mass(const Vector3& rho, const Superelement& s, Report& re
   if ((face.empty() ? rho.maxCoeff() : most) <= large_residual_mass) return;
   const std::string what =
       face.empty() ? "contact will lose energy" : "a flat impact of " + face + format_text(" will lose %.2f of its energy", most);
+  // All modes are not enough where the mesh's own mass lies on the interface
+  const double floor = s.accuracy && s.accuracy->rho_floor ? s.accuracy->rho_floor->maxCoeff() : 0;
+  const bool modes_help = rho.maxCoeff() > 1.1 * floor;
   report.warning(format_text("much mass is left on the interface (rho_res up to %.2f): ", rho.maxCoeff()) + what +
-                 "; keep more modes, or pick them by participation");
+                 (modes_help
+                      ? "; keep more modes, or pick them by participation"
+                      : format_text("; all modes would leave %.2f, which is the mass of the interface's own nodes: refine the "
+                                    "mesh at the interface, or keep fewer faces",
+                                    floor)));
 }
 
 void say_residual_mass(const Vector3& rho, const Superelement& s, Report& report) {

@@ -80,7 +80,7 @@ const std::vector<Mistake> mistakes = {
     {"friction: 0.25", "friction: -0.25", {"impact.yaml:42: contact[0].friction: found '-0.25', expected a number from 0"}},
     {"end: 1.2e-5", "end: 0", {"time.end", "above 0"}},
     {"step: 1.0e-8", "step: -1.0e-8", {"time.step", "above 0"}},
-    {"step: 1.0e-8", "step: small", {"time.step: found 'small', expected a number"}},
+    {"step: 1.0e-8", "step: small", {"time.step: found 'small', expected auto, seconds, or {cfl: NUMBER}"}},
     {"step: 1.0e-8, integrator: newmark", "step: {cfl: 1.5}", {"time.step.cfl", "from above 0 to 1", "newmark"}},
     {"alpha: -0.125", "alpha: -0.4", {"time.alpha", "from -1/3 to 0"}},
     {"alpha: -0.125", "mass_scaling: true", {"time.mass_scaling", "integrator: exact only"}},
