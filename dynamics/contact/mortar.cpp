@@ -183,7 +183,8 @@ void settle_overlaps(const MortarStep& step, const std::vector<Jump>& jumps, std
   for (const Jump& jump : jumps) {
     const ContactPoint& point = list.points[jump.point];
     const double given = jump.impulse > 0 ? share * std::min(jump.drift, most) : 0.0;
-    memory.offset[point.slot] = std::min(memory.offset[point.slot], point.start_gap + given);
+    const double left = point.start_gap + given;
+    if (left < 0) memory.offset[point.slot] = std::min(memory.offset[point.slot], left);  // an adjusted gap stays closed
   }
   for (std::size_t i = first; i < list.points.size(); ++i) {
     ContactPoint& point = list.points[i];
