@@ -52,7 +52,7 @@ CBR_INLINE void add_boxes(const SharedElements& shared, std::size_t first, std::
       x0 = y0, x1 = y1, x2 = y2;
     }
     if (batch.used != 0xff) {
-      Lanes is_used;
+      Lanes is_used{};
       for (int lane = 0; lane < SharedElements::lanes; ++lane) is_used[lane] = batch.used >> lane & 1u;
       for (auto& of_component : x)
         for (Lanes& value : of_component) value *= is_used;
