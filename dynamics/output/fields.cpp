@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <set>
@@ -56,16 +57,19 @@ const char* topology_of(FaceKind kind) {
   }
 }
 
-// The faces of all surfaces of one kind, each once.
-IndexTable faces_of_kind(const Geometry& geometry, FaceKind kind) {
+// The faces of all surfaces of one kind, each once, and the elements that they are sides of.
+IndexTable faces_of_kind(const Geometry& geometry, FaceKind kind, std::vector<Index>& element) {
   std::set<std::vector<Index>> seen;
   std::vector<std::vector<Index>> faces;
+  element.clear();
   for (const auto& [name, surface] : geometry.surfaces) {
     if (surface.kind != kind) continue;
     for (Index f = 0; f < surface.n_faces(); ++f) {
       std::vector<Index> nodes(surface.faces.row(f).begin(), surface.faces.row(f).end()), key = nodes;
       std::sort(key.begin(), key.end());
-      if (seen.insert(key).second) faces.push_back(std::move(nodes));
+      if (!seen.insert(key).second) continue;
+      faces.push_back(std::move(nodes));
+      element.push_back(surface.element[static_cast<std::size_t>(f)]);
     }
   }
   IndexTable table(static_cast<Index>(faces.size()), n_nodes(kind));
@@ -89,6 +93,24 @@ void require_finite(const Array& values, const std::string& field, const FieldGr
 
 }  // namespace
 
+std::vector<std::string> datasets_of(const std::string& field) {
+  if (field != "stress") return {field};
+  return {"stress_xx", "stress_yy", "stress_zz", "stress_xy", "stress_yz", "stress_xz", "stress_von_mises"};
+}
+
+Matrix with_von_mises(const Matrix& stress) {
+  Matrix out(stress.rows(), 7);
+  out.leftCols(6) = stress;
+  for (Index e = 0; e < stress.rows(); ++e) {
+    const auto s = stress.row(e);
+    const double xy = s[0] - s[1], yz = s[1] - s[2], zx = s[2] - s[0];
+    const double shear = s[3] * s[3] + s[4] * s[4] + s[5] * s[5];
+    // sigma_v^2 = ((s_xx - s_yy)^2 + (s_yy - s_zz)^2 + (s_zz - s_xx)^2) / 2 + 3 (s_xy^2 + s_yz^2 + s_xz^2)
+    out(e, 6) = std::sqrt(0.5 * (xy * xy + yz * yz + zx * zx) + 3 * shear);
+  }
+  return out;
+}
+
 FieldWriter::FieldWriter(const Scene& scene, const BuiltScene& built, const std::filesystem::path& results, Report& report,
                          const std::string& run_hash, const std::optional<Saved>& saved)
     : built_(built), fields_(scene.output.fields), xdmf_(xdmf_file(results)), heavy_file_(fields_file(results)) {
@@ -102,18 +124,31 @@ FieldWriter::FieldWriter(const Scene& scene, const BuiltScene& built, const std:
 void FieldWriter::start(const std::string& run_hash) {
   heavy_ = std::make_unique<Hdf5Writer>(heavy_file_);
   heavy_->attribute("/", "format", std::string("cbr-fields"));
-  heavy_->attribute("/", "format_version", std::string("1.0"));
+  heavy_->attribute("/", "format_version", std::string("1.1"));
   heavy_->attribute("/", "generator", std::string("cbr-dyn ") + version());
   if (!run_hash.empty()) heavy_->attribute("/", "run_hash", run_hash);
+  write_grids();
+}
+
+void FieldWriter::write_grids() {
   for (std::size_t g = 0; g < grids_.size(); ++g) {
+    const FieldGrid& grid = grids_[g];
+    const std::string group = grid_group(g);
     if (shares_points(g)) {
-      heavy_->link(grid_group(g - 1) + "points", grid_group(g) + "points");
+      heavy_->link(grid_group(g - 1) + "points", group + "points");
+      heavy_->link(grid_group(g - 1) + "node_ids", group + "node_ids");
     } else {
-      heavy_->write(grid_group(g) + "points", grids_[g].points);
-      hash_.add(grid_group(g) + "points", grids_[g].points);
+      heavy_->write(group + "points", grid.points);
+      heavy_->write(group + "node_ids", grid.node_ids);
+      hash_.add(group + "points", grid.points);
     }
-    heavy_->write(grid_group(g) + "cells", grids_[g].cells);
-    hash_.add_indices(grid_group(g) + "cells", grids_[g].cells);
+    heavy_->write(group + "cells", grid.cells);
+    heavy_->write(group + "element_ids", grid.element_ids);
+    hash_.add_indices(group + "cells", grid.cells);
+    const std::string object = group.substr(0, group.size() - 1);
+    heavy_->attribute(object, "name", grid.name);
+    heavy_->attribute(object, "instance", built_.instances[static_cast<std::size_t>(grid.instance)].name);
+    heavy_->attribute(object, "topology", grid.topology);
   }
 }
 
@@ -132,7 +167,8 @@ FieldHash FieldWriter::hash_of(const Hdf5Reader& file, std::size_t n_steps) cons
         if (!wanted(field)) continue;
         shares_points(g) ? require(file, group + field) : hash.add(group + field, file.read_row_matrix(group + field));
       }
-      if (wanted("stress") && grids_[g].block) hash.add(group + "stress", file.read_row_matrix(group + "stress"));
+      if (!wanted("stress") || !grids_[g].block) continue;
+      for (const std::string& dataset : datasets_of("stress")) hash.add(group + dataset, file.read_row_matrix(group + dataset));
     }
   }
   return hash;
@@ -176,7 +212,7 @@ void FieldWriter::add_interface_grids(const FieldGrid& empty) {
   const auto& of = built_.instances[empty.instance];
   for (const FaceKind kind : {FaceKind::tri3, FaceKind::quad4, FaceKind::tri6, FaceKind::quad8}) {
     FieldGrid grid = empty;
-    grid.cells = faces_of_kind(*of.geometry, kind);
+    grid.cells = faces_of_kind(*of.geometry, kind, grid.element_ids);
     grid.name = of.name + ".interface";
     grid.topology = topology_of(kind);
     if (grid.cells.rows() > 0) grids_.push_back(std::move(grid));
@@ -195,6 +231,7 @@ void FieldWriter::add_block_grids(FieldGrid grid, const std::vector<Block>& bloc
     grid.topology = cell.topology;
     grid.block = &block;
     grid.properties = properties[b];
+    grid.element_ids = block.element_ids;
     grid.cells.resize(block.connectivity.rows(), static_cast<Index>(cell.order.size()));
     for (Index e = 0; e < grid.cells.rows(); ++e) {
       for (Index a = 0; a < grid.cells.cols(); ++a) {
@@ -216,6 +253,8 @@ void FieldWriter::add_recovered_grids(const Scene& scene, FieldGrid grid) {
     X << s.coordinates, recovery.coordinates;
     grid.part = static_cast<Index>(p);
     grid.points = placed(X, of.placement);
+    grid.node_ids = s.node_ids;
+    grid.node_ids.insert(grid.node_ids.end(), recovery.node_ids.begin(), recovery.node_ids.end());
     Mesh names;  // only names and types of blocks are asked for
     names.blocks = recovery.blocks;
     add_block_grids(grid, recovery.blocks, block_properties(scene, scene.components.at(of.component), names));
@@ -227,6 +266,7 @@ void FieldWriter::add_instance_grids(const Scene& scene, Index i, Report& report
   FieldGrid grid;
   grid.instance = i;
   grid.points = built_.simulation.bodies[i]->reference_positions();
+  grid.node_ids = of.geometry->node_ids;
   if (of.mesh) return add_block_grids(grid, of.mesh->blocks, of.properties);
   add_interface_grids(grid);
   if (!of.parts.front().superelement->recovery.empty()) return add_recovered_grids(scene, grid);
@@ -263,7 +303,7 @@ FieldWriter::Motion FieldWriter::motion_of(const FieldGrid& grid) const {
   return motion;
 }
 
-// e x 6 in XDMF's order xx xy xz yy yz zz, scene axes.
+// e x 7: xx yy zz xy yz xz and von Mises, at the elements' centres, scene axes.
 Matrix FieldWriter::stresses(const FieldGrid& grid, const Points& u) const {
   const auto& of = built_.instances[grid.instance];
   const IndexTable& connectivity = grid.block->connectivity;
@@ -280,9 +320,9 @@ Matrix FieldWriter::stresses(const FieldGrid& grid, const Points& u) const {
     Matrix3 sigma;
     sigma << s[0], s[3], s[5], s[3], s[1], s[4], s[5], s[4], s[2];
     sigma = (T * sigma * T.transpose()).eval();
-    out.row(e) << sigma(0, 0), sigma(0, 1), sigma(0, 2), sigma(1, 1), sigma(1, 2), sigma(2, 2);
+    out.row(e) << sigma(0, 0), sigma(1, 1), sigma(2, 2), sigma(0, 1), sigma(1, 2), sigma(0, 2);
   }
-  return out;
+  return with_von_mises(out);
 }
 
 // p x 1: on contact nodes, 0 elsewhere.
@@ -320,16 +360,24 @@ void FieldWriter::add(double t) {
     write("displacement", [&]() -> const Points& { return motion.u; });
     write("velocity", [&]() -> const Points& { return motion.v; });
     write("contact_pressure", [&] { return pressures(grids_[g]); });
-    if (!wanted("stress") || !grids_[g].block) continue;
-    const Matrix stress = stresses(grids_[g], motion.u);
-    require_finite(stress, "stress", grids_[g], t);
-    heavy_->write(group + "stress", stress);
-    hash_.add(group + "stress", stress);
+    if (wanted("stress") && grids_[g].block) add_stresses(group, grids_[g], motion.u, t);
   }
   times_.push_back(t);
 }
 
+void FieldWriter::add_stresses(const std::string& group, const FieldGrid& grid, const Points& u, double t) {
+  const Matrix stress = stresses(grid, u);
+  require_finite(stress, "stress", grid, t);
+  const std::vector<std::string> datasets = datasets_of("stress");
+  for (std::size_t i = 0; i < datasets.size(); ++i) {
+    const Matrix column = stress.col(static_cast<Index>(i));
+    heavy_->write(group + datasets[i], column);
+    hash_.add(group + datasets[i], column);
+  }
+}
+
 void FieldWriter::commit() {
+  heavy_->write("/times", times_);
   heavy_->commit();
   TemporaryFile temporary(xdmf_);
   errno = 0;

@@ -22,13 +22,22 @@ struct FieldGrid {
   std::string name;
   std::string topology;  // XDMF's name: Hexahedron, Quadrilateral, ...
   Index instance = 0;
-  IndexTable cells;  // e x n, VTK's order of nodes
-  Points points;     // p x 3
-  Index part = -1;   // with recovery data: points are [interface; interior] of this part of a superelement
+  IndexTable cells;                // e x n, VTK's order of nodes
+  Points points;                   // p x 3
+  std::vector<Index> node_ids;     // p, of the mesh
+  std::vector<Index> element_ids;  // e, of the mesh; of faces the element that each is a side of
+  Index part = -1;                 // with recovery data: points are [interface; interior] of this part of a superelement
   // For stress, which needs the element: empty type list otherwise
   const Block* block = nullptr;
   BlockProperties properties;
 };
+
+// Fields as the file has them, by the scene's name: stress is seven numbers a cell, each under a name of its own, as readers do not
+// agree on the order of a tensor's components. "stress" is of cells, the others of nodes.
+std::vector<std::string> datasets_of(const std::string& field);
+
+// xx yy zz xy yz xz, and von Mises' stress: the columns of datasets_of("stress"). e x 7 from e x 6.
+Matrix with_von_mises(const Matrix& stress);
 
 // Writes RESULTS.xdmf and RESULTS.fields.h5 beside the results file. Nothing is left behind without commit().
 class FieldWriter {
@@ -66,6 +75,8 @@ class FieldWriter {
   void add_recovered_grids(const Scene& scene, FieldGrid grid);
   Matrix pressures(const FieldGrid& grid) const;
   Matrix stresses(const FieldGrid& grid, const Points& u) const;
+  void add_stresses(const std::string& group, const FieldGrid& grid, const Points& u, double t);
+  void write_grids();
   bool wanted(const std::string& field) const;
   bool shares_points(std::size_t grid) const;  // with the one before
 

@@ -59,9 +59,11 @@ Fields run(const Case& c) {
     const std::string step = "/steps/2/" + grid + "/";
     const Points x = file.read_points("/grids/" + grid + "/points");
     const Points u = file.read_points(step + "displacement"), v = file.read_points(step + "velocity");
-    if (!file.has(step + "stress")) continue;
+    if (!file.has(step + "stress_xx")) continue;
     const IndexTable cells = file.read_index_table("/grids/" + grid + "/cells");
-    const Matrix stress = file.read_matrix(step + "stress");
+    Matrix stress(cells.rows(), 7);
+    for (Index i = 0; i < 7; ++i)
+      stress.col(i) = file.read_matrix(step + datasets_of("stress")[static_cast<std::size_t>(i)]).col(0);
     for (Index i = 0; i < x.rows(); ++i) {
       Vector motion(6);
       motion << u.row(i).transpose(), v.row(i).transpose();
