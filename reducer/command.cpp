@@ -18,6 +18,7 @@
 #include "reducer/domains.hpp"
 #include "reducer/estimate.hpp"
 #include "reducer/interior_loads.hpp"
+#include "reducer/kept_sets.hpp"
 #include "reducer/panel_memory.hpp"
 #include "reducer/reduce.hpp"
 #include "reducer/second_reduction.hpp"
@@ -98,7 +99,8 @@ bool takes_loads_in(const ReductionOptions& reduction) { return !reduction.is_de
 // Each set is on the interface or has its load inside, and no others have.
 bool has_loads(const Superelement& s, const std::vector<std::string>& sets) {
   const auto is_kept = [&](const std::string& name) {
-    return std::any_of(s.surfaces.begin(), s.surfaces.end(), [&](const Surface& surface) { return surface.name == name; });
+    return s.nodesets.count(name) > 0 ||
+           std::any_of(s.surfaces.begin(), s.surfaces.end(), [&](const Surface& surface) { return surface.name == name; });
   };
   return std::all_of(sets.begin(), sets.end(), [&](const auto& name) { return is_kept(name) || s.loads.count(name) > 0; }) &&
          std::all_of(s.loads.begin(), s.loads.end(),
@@ -198,7 +200,8 @@ class Reducer {
     const std::vector<BlockProperties> properties = block_properties(scene, component, mesh);
     const auto p = provenance(component, properties, mesh);
     inputs.check();
-    if (!takes_loads_in(*component.reduction)) refuse_loads_inside(mesh, *component.reduction, loads_);
+    refuse_loads_inside(mesh, *component.reduction, loads_, takes_loads_in(*component.reduction));
+    check_kept_sets(scene, component, mesh);
     if (component.reduction->is_decomposed()) {
       make_group(mesh, properties, component, hash, p);
     } else {
@@ -294,6 +297,7 @@ bool for_each_component(const Scene& scene, const std::string& mesh_input, const
       const std::string where =
           !mesh_input.empty() ? mesh_input : component.reduction->source.text() + ": component '" + component.name + "'";
       std::string what = error.what();
+      if (mesh_input.empty() && what.starts_with(component.source.file + ":")) throw;  // says its line already
       const std::string path = component.mesh.string() + ": ";
       if (!mesh_input.empty() && what.starts_with(path)) what.erase(0, path.size());  // once is enough
       throw InputError(where + ": " + what);

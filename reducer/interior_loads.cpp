@@ -26,6 +26,8 @@ std::vector<Index> places(const Mesh& mesh, const FiniteElementModel& model, con
   return place;
 }
 
+bool is_nodeset(const Mesh& mesh, const std::string& name) { return find_sideset(mesh, name) < 0 && find_nodeset(mesh, name) >= 0; }
+
 Surface surface_of_load(const Mesh& mesh, const std::string& name) {
   const Index set = find_sideset(mesh, name);
   if (set < 0) throw InputError("loads: the mesh has no sideset '" + name + "' (there are: " + set_names(mesh) + ")");
@@ -34,14 +36,20 @@ Surface surface_of_load(const Mesh& mesh, const std::string& name) {
 
 }  // namespace
 
-void refuse_loads_inside(const Mesh& mesh, const ReductionOptions& reduction, const std::vector<std::string>& sets) {
+void refuse_loads_inside(const Mesh& mesh, const ReductionOptions& reduction, const std::vector<std::string>& sets,
+                         bool takes_faces_in) {
   if (sets.empty()) return;
   const FiniteElementModel model = number_nodes(mesh);
   std::vector<char> is_kept(mesh.node_ids.size(), 0);
   for (const Index i : interface_nodes(mesh, model, reduction.interface_sets)) is_kept[model.nodes[i]] = 1;
   for (const std::string& name : sets) {
-    const std::vector<Index> nodes = surface_nodes(surface_of_load(mesh, name));
+    const bool of_nodes = is_nodeset(mesh, name);
+    const std::vector<Index> nodes = of_nodes ? set_nodes(mesh, name) : surface_nodes(surface_of_load(mesh, name));
     if (std::all_of(nodes.begin(), nodes.end(), [&](Index node) { return is_kept[node] != 0; })) continue;
+    if (of_nodes)
+      throw InputError("loads: nodeset '" + name + "' lies inside the part, and forces on nodes act on nodes that are kept: add '" +
+                       name + "' to reduction.interface");
+    if (takes_faces_in) continue;
     const std::string who = reduction.is_decomposed() ? "domains above 1 know" : "basis: " + reduction.basis + " knows";
     throw InputError("loads: '" + name + "' lies inside the part, and " + who +
                      " loads on the interface only: add it to reduction.interface, or use basis: craig-bampton with domains: 1");
@@ -55,6 +63,7 @@ InteriorLoads interior_loads(const Mesh& mesh, const FiniteElementModel& model, 
   std::vector<Vector> weights;
   std::vector<std::vector<Index>> nodes;
   for (const std::string& name : sets) {
+    if (is_nodeset(mesh, name)) continue;
     const Surface surface = surface_of_load(mesh, name);
     std::vector<Index> of_surface = surface_nodes(surface);
     for (const Index node : of_surface)

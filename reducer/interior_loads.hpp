@@ -25,13 +25,15 @@ struct InteriorLoads {
   bool any() const { return !names.empty(); }
 };
 
-// Of those of `sets` that have a node inside the part. InputError: a name that is no sideset of the mesh.
+// Of those sidesets of `sets` that have a node inside the part; nodesets are kept whole. InputError: a name that is no set of the
+// mesh.
 InteriorLoads interior_loads(const Mesh& mesh, const FiniteElementModel& model, const Partition& p,
                              const std::vector<std::string>& sets);
 
-// InputError unless all of each of `sets` lies within the interface that the sets of the reduction make: for those that know no
-// loads inside.
-void refuse_loads_inside(const Mesh& mesh, const ReductionOptions& reduction, const std::vector<std::string>& sets);
+// InputError unless all of each of `sets` lies within the interface that the sets of the reduction make. `takes_faces_in`: it knows
+// loads inside, of sidesets; nodes that carry a load by themselves are kept in any case.
+void refuse_loads_inside(const Mesh& mesh, const ReductionOptions& reduction, const std::vector<std::string>& sets,
+                         bool takes_faces_in);
 
 // Residual vectors, as further columns of Phi with lambda of their own: what K_II^-1 F has that the modes do not,
 // X = K_II^-1 F - Phi Lambda^-1 Phi^T F, made orthonormal by the Ritz problem X^T K_II X, X^T M_II X (Rubin 1975; MacNeal 1971).

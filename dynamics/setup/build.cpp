@@ -12,6 +12,7 @@
 
 #include "common/error.hpp"
 #include "common/program.hpp"
+#include "common/scene_uses.hpp"
 #include "common/scene_words.hpp"
 #include "dynamics/setup/contact_setup.hpp"
 #include "dynamics/setup/instance_body.hpp"
@@ -20,6 +21,10 @@
 
 namespace cbr {
 namespace {
+
+bool is_nodeset(const Geometry& geometry, const std::string& name) {
+  return geometry.surfaces.count(name) == 0 && geometry.nodesets.count(name) > 0;
+}
 
 // A load on faces that a superelement has not kept but knows (its /loads); nullptr: there are none of this name.
 const Superelement::InteriorLoad* load_inside(const BuiltScene::OfInstance& of, const std::string& surface) {
@@ -31,15 +36,15 @@ const Superelement::InteriorLoad* load_inside(const BuiltScene::OfInstance& of, 
 
 // Of a superelement that could have it: cbr-reduce takes in what the scene's loads act on.
 void require_load_inside(const Scene& scene, const Instance& instance, const Geometry& geometry, const Load& load) {
-  if (!geometry.reduced || geometry.surfaces.count(load.surface) > 0) return;
+  if (!geometry.reduced || geometry.surfaces.count(load.surface) > 0 || is_nodeset(geometry, load.surface)) return;
   const ReductionOptions& reduction = *component_of(scene, instance).reduction;
   if (reduction.is_decomposed() || reduction.basis != "craig-bampton") return;
   std::vector<std::string> kept;
   for (const auto& [name, surface] : geometry.surfaces) kept.push_back(name);
   throw InputError(load.source.text() + ": the superelement of instance '" + load.instance + "' has no surface '" + load.surface +
                    "' (it keeps " + (kept.empty() ? "none" : join(kept)) +
-                   "), nor a load on it inside the part: run cbr-reduce on this scene again, which takes it in, or add it to "
-                   "reduction.interface");
+                   "), nor a load on it inside the part: run cbr-reduce on this scene again, which takes in a load on a sideset, "
+                   "or add it to reduction.interface, where a nodeset has to be");
 }
 
 void add_load_inside(const Superelement& s, const Superelement::InteriorLoad& inside, const Load& load, const Matrix3& T,
@@ -50,6 +55,15 @@ void add_load_inside(const Superelement& s, const Superelement::InteriorLoad& in
   for (Index i = 0; i < s.c(); ++i) forces(s.dof_node[i], s.dof_component[i]) = Q(s.k() + i);
   body.add_force(forces * T.transpose(), history);
   if (s.k() > 0) body.add_modal_force(Q.head(s.k()), history);
+}
+
+// What each node takes of a load, n: its share of the faces' area, or one, of a nodeset.
+Vector load_weights(const Geometry& geometry, const Load& load) {
+  if (geometry.surfaces.count(load.surface) > 0 || load.kind == Load::Kind::traction)
+    return face_weights(find_surface(geometry, load.instance, load.surface, load.source), geometry.coordinates);
+  Vector weights = Vector::Zero(geometry.coordinates.rows());
+  weights(find_nodes(geometry, load.instance, load.surface, load.source)).setOnes();
+  return weights;
 }
 
 // Of surfaces and histories that many loads have there is one of each.
@@ -71,8 +85,9 @@ void add_loads(const SceneIndex& index, BuiltScene& built) {
       continue;
     }
     require_load_inside(index.scene(), index.scene().instances[i], geometry, load);
+    if (load.kind == Load::Kind::traction && is_nodeset(geometry, load.surface)) refuse_traction_on_nodes(load);
     const auto [of, is_new] = weights.try_emplace({&geometry, load.surface});
-    if (is_new) of->second = face_weights(find_surface(geometry, load.instance, load.surface, load.source), geometry.coordinates);
+    if (is_new) of->second = load_weights(geometry, load);
     const Vector3 traction = load.kind == Load::Kind::force ? Vector3(load.value / of->second.sum()) : load.value;
     built.simulation.bodies[i]->add_force(of->second * traction.transpose(), history);
   }
@@ -195,6 +210,7 @@ class Builder {
       : index_(index), scene_(index.scene()), options_(options), report_(report), built_(built) {}
 
   void add_instances() {
+    check();
     for (const Instance& instance : scene_.instances) read(instance);
     const auto phase = report_.phase("setup");
     BodyMaker maker(index_, threads());
@@ -202,6 +218,14 @@ class Builder {
   }
 
  private:
+  // Before any file is read whole.
+  void check() {
+    std::set<std::string> checked;
+    for (const Instance& instance : scene_.instances)
+      if (instance.as == InstanceKind::superelement && checked.insert(instance.component).second)
+        check_reduced_component(scene_, component_of(scene_, instance), report_);
+  }
+
   void read(const Instance& instance) {
     const Component& component = component_of(scene_, instance);
     if (instance.as == InstanceKind::superelement) {

@@ -252,15 +252,24 @@ Coordinates coordinates_of_mesh(const Scene& scene, const Instance& instance, co
 
 namespace {
 
-ReducedComponent read_reduced(const SceneIndex& index, const Component& component, const BuildOptions& options, Report& report) {
+void check_reduced(const Scene& scene, const Component& component, Report& report) {
   if (!component.reduction) {
     throw InputError(component.source.text() + ": component '" + component.name +
                      "' is used as: superelement but has no 'reduction': add one and run cbr-reduce, or use as: mesh");
   }
+  const auto phase = report.phase("read");
+  require_current(scene, component, *component.reduction);
+  const std::vector<SetUse> uses = set_uses(scene, component, InstanceKind::superelement);
+  if (uses.empty()) return;
+  const std::filesystem::path& file = component.reduction->superelement;
+  check_uses(uses, is_superelement_group(file) ? geometry_of(join_nodes(read_superelement_group(file, light)))
+                                               : geometry_of(read_superelement(file, light)));
+}
+
+ReducedComponent read_reduced(const SceneIndex& index, const Component& component, const BuildOptions& options, Report& report) {
   ReducedComponent reduced;
   {
     const auto phase = report.phase("read");
-    require_current(index.scene(), component, *component.reduction);
     reduced = is_superelement_group(component.reduction->superelement) ? of_group(index, component, options)
                                                                        : of_one(index, component, options);
   }
@@ -291,6 +300,7 @@ MeshedComponent read_meshed(const Scene& scene, const Component& component, Repo
   {
     const auto phase = report.phase("read");
     meshed.mesh = std::make_shared<Mesh>(read_mesh(component.mesh));
+    check_uses(set_uses(scene, component, InstanceKind::mesh), *meshed.mesh);
   }
   const auto phase = report.phase("setup");
   meshed.properties = block_properties(scene, component, *meshed.mesh);
@@ -313,6 +323,10 @@ MeshedComponent read_meshed(const Scene& scene, const Component& component, Repo
 }
 
 }  // namespace
+
+void check_reduced_component(const Scene& scene, const Component& component, Report& report) {
+  naming(component, [&] { check_reduced(scene, component, report); });
+}
 
 ReducedComponent read_reduced_component(const SceneIndex& index, const Component& component, const BuildOptions& options,
                                         Report& report) {

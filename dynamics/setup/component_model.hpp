@@ -70,7 +70,12 @@ Coordinates coordinates_of_reduced(const SceneIndex& index, const Instance& inst
                                    bool has_diagonal_form);
 Coordinates coordinates_of_mesh(const Scene& scene, const Instance& instance, const Geometry& geometry);
 
-// In phases "read" and "setup" of the report. InputError: a missing or stale superelement (with the command to run).
+// Reads of the component's superelement what tells its sets. InputError: it is missing or stale (with the command to run), or does
+// not keep a set that the scene names of an instance of it.
+void check_reduced_component(const Scene& scene, const Component& component, Report& report);
+
+// In phases "read" and "setup" of the report. The superelement has been checked. InputError: a file that is damaged, and of a mesh
+// also a set that the scene names and that it does not have.
 ReducedComponent read_reduced_component(const SceneIndex& index, const Component& component, const BuildOptions& options,
                                         Report& report);
 MeshedComponent read_meshed_component(const Scene& scene, const Component& component, Report& report);

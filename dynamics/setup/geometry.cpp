@@ -61,6 +61,23 @@ const Surface& find_surface(const Geometry& geometry, const std::string& instanc
   return it->second;
 }
 
+void check_uses(const std::vector<SetUse>& uses, const Geometry& geometry) {
+  for (const SetUse& use : uses) {
+    if (use.needs_faces) find_surface(geometry, use.instance, use.set, use.source);
+    if (!use.needs_faces) find_nodes(geometry, use.instance, use.set, use.source);
+  }
+}
+
+void check_uses(const std::vector<SetUse>& uses, const Mesh& mesh) {
+  Geometry names;
+  for (const Sideset& sideset : mesh.sidesets) names.surfaces[sideset.name];
+  for (const Nodeset& nodeset : mesh.nodesets) names.nodesets[nodeset.name];
+  for (const SetUse& use : uses) {
+    const bool is_there = names.surfaces.count(use.set) > 0 || (!use.needs_faces && names.nodesets.count(use.set) > 0);
+    if (!is_there) missing(names, use.instance, use.set, use.source, !use.needs_faces);
+  }
+}
+
 std::vector<Index> find_nodes(const Geometry& geometry, const std::string& instance, const std::string& name,
                               const SourceLine& source) {
   if (const auto it = geometry.surfaces.find(name); it != geometry.surfaces.end()) return surface_nodes(it->second);

@@ -10,6 +10,7 @@
 #include "common/mesh/face_weights.hpp"
 #include "common/mesh/surface.hpp"
 #include "common/scene.hpp"
+#include "common/scene_uses.hpp"
 #include "common/superelement.hpp"
 
 namespace cbr {
@@ -29,6 +30,10 @@ Geometry geometry_of(const Mesh& mesh, const FiniteElementModel& model);
 // InputError at `source`, with the names there are and the cure: for a superelement, to keep the surface and reduce again.
 const Surface& find_surface(const Geometry& geometry, const std::string& instance, const std::string& name,
                             const SourceLine& source);
+// InputError, as below: a use that does not find its surface or nodes.
+void check_uses(const std::vector<SetUse>& uses, const Geometry& geometry);
+void check_uses(const std::vector<SetUse>& uses, const Mesh& mesh);
+
 // Of a surface or a nodeset.
 std::vector<Index> find_nodes(const Geometry& geometry, const std::string& instance, const std::string& name,
                               const SourceLine& source);

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "reducer/kept_sets.hpp"
+
+#include <algorithm>
+
+#include "common/error.hpp"
+#include "common/scene_uses.hpp"
+#include "reducer/partition.hpp"
+
+namespace cbr {
+namespace {
+
+// cbr-dyn takes the nodes of a sideset or a nodeset; contact needs faces.
+std::vector<Index> nodes_of(const SetUse& use, const Mesh& mesh) {
+  if (use.needs_faces && find_sideset(mesh, use.set) < 0)
+    throw InputError(place_of(use) + "the mesh has no sideset of this name (there are: " + set_names(mesh) + ")");
+  try {
+    return set_nodes(mesh, use.set);
+  } catch (const InputError& error) {
+    throw InputError(place_of(use) + error.what());
+  }
+}
+
+void refuse_tractions_on_nodes(const Scene& scene, const Component& component, const Mesh& mesh) {
+  for (const Load& load : scene.loads) {
+    if (load.kind != Load::Kind::traction) continue;
+    const bool is_of_component = std::any_of(scene.instances.begin(), scene.instances.end(), [&](const Instance& instance) {
+      return instance.name == load.instance && instance.component == component.name;
+    });
+    if (is_of_component && find_sideset(mesh, load.surface) < 0 && find_nodeset(mesh, load.surface) >= 0)
+      refuse_traction_on_nodes(load);
+  }
+}
+
+}  // namespace
+
+void check_kept_sets(const Scene& scene, const Component& component, const Mesh& mesh) {
+  refuse_tractions_on_nodes(scene, component, mesh);
+  const std::vector<SetUse> uses = set_uses(scene, component, InstanceKind::superelement);
+  if (uses.empty()) return;
+  const FiniteElementModel model = number_nodes(mesh);
+  std::vector<char> is_kept(mesh.node_ids.size(), 0);
+  for (const Index i : interface_nodes(mesh, model, component.reduction->interface_sets))
+    is_kept[static_cast<std::size_t>(model.nodes[static_cast<std::size_t>(i)])] = 1;
+  for (const SetUse& use : uses) {
+    const std::vector<Index> nodes = nodes_of(use, mesh);
+    const auto n_kept =
+        std::count_if(nodes.begin(), nodes.end(), [&](Index node) { return is_kept[static_cast<std::size_t>(node)] != 0; });
+    if (!nodes.empty() && n_kept == static_cast<std::ptrdiff_t>(nodes.size())) continue;
+    throw InputError(place_of(use) + "the superelement of component '" + component.name + "' keeps " + std::to_string(n_kept) +
+                     " of its " + std::to_string(nodes.size()) + " nodes, expected all: add '" + use.set +
+                     "' to reduction.interface (it has: " + join(component.reduction->interface_sets) + ")");
+  }
+}
+
+}  // namespace cbr

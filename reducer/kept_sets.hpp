@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What a scene asks of a superelement's sets, held against the mesh before anything is reduced.
+#pragma once
+
+#include "common/mesh/mesh.hpp"
+#include "common/scene.hpp"
+
+namespace cbr {
+
+// InputError: a set that boundary, contact or output.history name of an instance that stands as the component's superelement, and
+// that the mesh does not have or whose nodes the interface does not all keep; a traction on a nodeset.
+void check_kept_sets(const Scene& scene, const Component& component, const Mesh& mesh);
+
+}  // namespace cbr
