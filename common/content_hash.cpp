@@ -61,21 +61,40 @@ std::vector<std::string> as_set(std::vector<std::string> names) {
   return names;
 }
 
-std::string characteristic_text(const CharacteristicOptions& options) {
-  std::string text = "characteristic modes " + std::to_string(options.modes) + "\n";
-  for (const auto& set : as_set(options.keep)) text += "keep " + counted(set) + "\n";
-  for (const auto& set : as_set(options.pressure)) text += "pressure " + counted(set) + "\n";
-  if (options.pressure.empty()) return text;
-  return text + "patterns " + std::to_string(options.patterns) + (options.shear ? " shear\n" : "\n");
+// Sets that keep their statics, and whether in all directions.
+std::string statics_text(const CharacteristicOptions& options, const InterfaceNeeds& needs) {
+  if (options.no_statics) return "statics none\n";
+  const bool everywhere = options.shear || needs.all_touch.value_or(false);
+  std::map<std::string, bool> sets;
+  for (const auto& [set, slides] : needs.touching)
+    if (options.statics.empty()) sets[set] = slides || everywhere;
+  for (const auto& set : options.statics) {
+    const auto found = needs.touching.find(set);
+    sets[set] = everywhere || (found != needs.touching.end() && found->second);
+  }
+  std::string text;
+  for (const auto& [set, directions] : sets) text += "statics " + counted(set) + (directions ? " all\n" : " normal\n");
+  if (options.statics.empty() && needs.all_touch) text += everywhere ? "statics of all, all\n" : "statics of all, normal\n";
+  return text;
 }
 
-std::string reduction_text(const ReductionOptions& reduction) {
+std::string characteristic_text(const CharacteristicOptions& options, const InterfaceNeeds& needs) {
+  std::string text = "characteristic modes " + std::to_string(options.modes) + "\n";
+  std::vector<std::string> keep = options.keep;
+  keep.insert(keep.end(), needs.held.begin(), needs.held.end());
+  for (const auto& set : as_set(keep)) text += "keep " + counted(set) + "\n";
+  for (const auto& set : as_set(options.pressure)) text += "pressure " + counted(set) + "\n";
+  text += "patterns " + std::to_string(options.patterns) + (options.shear ? " shear\n" : "\n");
+  return text + statics_text(options, needs);
+}
+
+std::string reduction_text(const ReductionOptions& reduction, const InterfaceNeeds& needs) {
   const std::vector<std::string> sets = as_set(reduction.interface_sets);
   std::string text = "basis " + reduction.basis + "\n";
   if (reduction.is_massless()) text += "massless_modes " + reduction.massless_modes + "\n";
   if (reduction.is_massless() && reduction.massless_modes == "tapered")
     text += "falling to the next that takes part\n";  // since 1.5
-  if (reduction.is_characteristic()) text += characteristic_text(reduction.characteristic);
+  if (reduction.is_characteristic()) text += characteristic_text(reduction.characteristic, needs);
   for (const auto& set : sets) text += "interface " + counted(set) + "\n";
   if (reduction.modes) text += "modes " + std::to_string(*reduction.modes) + "\n";
   if (reduction.cutoff_hz) text += "cutoff_hz " + number_text(*reduction.cutoff_hz) + "\n";
@@ -129,7 +148,7 @@ std::string bytes_hash(std::string_view bytes) { return hexadecimal(XXH3_128bits
 std::string content_hash(const Scene& scene, const Component& component) {
   std::string text = "cbr content hash " + std::to_string(scheme) + "\nmesh " + file_hash(component.mesh) + "\n";
   text += component_text(scene, component);
-  if (component.reduction) text += reduction_text(*component.reduction);
+  if (component.reduction) text += reduction_text(*component.reduction, interface_needs(scene, component));
   return bytes_hash(text);
 }
 

@@ -71,6 +71,34 @@ std::vector<std::string> load_sets(const Scene& scene, const Component& componen
   return {names.begin(), names.end()};
 }
 
+InterfaceNeeds interface_needs(const Scene& scene, const Component& component) {
+  InterfaceNeeds needs;
+  if (scene.file.empty() && component.reduction) {
+    for (const std::string& name : component.reduction->interface_sets) needs.touching[name] = false;
+    return needs;
+  }
+  std::set<std::string> reduced, held;
+  for (const Instance& instance : scene.instances)
+    if (instance.as == InstanceKind::superelement && instance.component == component.name) reduced.insert(instance.name);
+  for (const ContactOptions& contact : scene.contact) {
+    const bool slides = contact.friction > 0;
+    if (contact.all && !reduced.empty()) needs.all_touch = needs.all_touch.value_or(false) || slides;
+    if (contact.all) continue;
+    for (const SurfaceName* surface : {&contact.first, &contact.second}) {
+      if (reduced.count(surface->instance) == 0) continue;
+      if (contact.tied) {
+        held.insert(surface->surface);
+      } else {
+        needs.touching[surface->surface] |= slides;
+      }
+    }
+  }
+  for (const BoundaryCondition& condition : scene.boundary)
+    if (reduced.count(condition.instance) > 0) held.insert(condition.nodes);
+  needs.held.assign(held.begin(), held.end());
+  return needs;
+}
+
 std::vector<BlockProperties> block_properties(const Scene& scene, const Component& component, const Mesh& mesh) {
   std::vector<std::string> names;
   for (const auto& block : mesh.blocks) names.push_back(block.name);

@@ -23,14 +23,26 @@ struct SourceLine {
   std::string text() const;  // "impact.yaml:12"
 };
 
+// What a scene asks of a component's interface beside the component's own options.
+struct InterfaceNeeds {
+  std::map<std::string, bool> touching;  // sidesets that contact names -> whether with friction
+  std::optional<bool> all_touch = {};    // contact of all surfaces; with friction
+  std::vector<std::string> held = {};    // sets that boundary conditions hold, and tied surfaces
+};
+
 // Basis characteristic: what stands for the interface's dofs.
 struct CharacteristicOptions {
-  Index modes = 0;                         // elastic characteristic constraint modes; rigid motions come on top
+  Index modes = 10;                        // elastic characteristic constraint modes; rigid motions come on top
   std::vector<std::string> keep = {};      // sets whose nodes keep a coordinate for each dof
-  std::vector<std::string> pressure = {};  // sidesets that get static responses to patterns of pressure
-  Index patterns = 20;                     // of each of them
-  bool shear = false;                      // patterns in all directions, not only normal to the faces
+  std::vector<std::string> pressure = {};  // sidesets that get static responses to patterns of pressure; none: as statics
+  Index patterns = 1;                      // of each of them
+  bool shear = false;                      // patterns and statics in all directions, not only normal to the faces
+  std::vector<std::string> statics = {};   // sidesets that keep their statics; none named: those that touch
+  bool no_statics = false;                 // statics: none
+  InterfaceNeeds needs = {};               // of the scene, interface_needs(); no key of its own
 };
+// A uniform pressure, or uniform tractions along three axes.
+inline Index default_patterns(const CharacteristicOptions& options) { return options.shear ? 3 : 1; }
 
 struct ReductionOptions {
   std::string basis = "craig-bampton";
@@ -38,7 +50,7 @@ struct ReductionOptions {
   std::optional<Index> modes;               // exactly one of modes, cutoff_hz, tolerance
   std::optional<double> cutoff_hz;
   std::optional<double> tolerance;  // share of the interior's strain energy that modes may leave out (docs/theory.md)
-  std::string pick = "frequency";  // frequency | participation
+  std::string pick = "frequency";   // frequency | participation
   // With basis massless: free (MacNeal) | fixed (modified Craig-Bampton), the interface's part in the modes that are kept.
   std::string massless_modes = "free";
   Index domains = 1;  // parts that are reduced each by itself and share nodes (METIS)
@@ -225,6 +237,10 @@ void check_characteristic(const ReductionOptions& reduction, const std::string& 
 // XXH3 (128 bit, hex) of a file's bytes. InputError when it cannot be read.
 std::string file_hash(const std::filesystem::path& file);
 std::string bytes_hash(std::string_view bytes);  // the same of what is in memory
+
+// What contact and boundary conditions ask of the component, over all instances that stand as its superelement. Of a mesh
+// without a scene (Scene::file is empty): all sets of its interface may touch, without friction.
+InterfaceNeeds interface_needs(const Scene& scene, const Component& component);
 
 // Hash (hex) of all that a component's superelement depends on: the mesh file's bytes, materials, elements, mass, reduction
 // options; no paths, no times. InputError when the mesh cannot be read.

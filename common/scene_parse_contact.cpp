@@ -192,19 +192,14 @@ void parse_contact(const SceneNode& node, const SceneNames& names, Scene& scene)
 namespace {
 
 // What an interface without a coordinate for each dof cannot do.
-void refuse_characteristic(const Scene& scene, const Instance& instance, const CharacteristicOptions& options) {
+void refuse_characteristic(const Scene& scene, const Instance& instance) {
   for (const ContactOptions& contact : scene.contact) {
     const bool is_named = contact.all || contact.first.instance == instance.name || contact.second.instance == instance.name;
     if (!is_named) continue;
-    const std::string its = contact.source.text() + ": contact: instance '" + instance.name + "' (basis: characteristic) has no ";
-    if (contact.enforcement == Enforcement::nodal)
-      throw InputError(its + "nodal masses, which 'enforcement: nodal' needs: use 'enforcement: impulse', or basis: craig-bampton");
-    if (!contact.tied) continue;
-    const std::string& surface = contact.first.instance == instance.name ? contact.first.surface : contact.second.surface;
-    if (std::find(options.keep.begin(), options.keep.end(), surface) == options.keep.end())
-      throw InputError(its + "coordinate for each node of '" + surface +
-                       "', so that 'tied' would stiffen it: name the surface under " +
-                       "characteristic.keep, or use basis: craig-bampton");
+    if (contact.enforcement != Enforcement::nodal) continue;
+    throw InputError(contact.source.text() + ": contact: instance '" + instance.name +
+                     "' (basis: characteristic) has no nodal masses, which 'enforcement: nodal' needs: use 'enforcement: "
+                     "impulse', or basis: craig-bampton");
   }
 }
 
@@ -232,7 +227,7 @@ void check_contact_with_time(const Scene& scene) {
     if (!is_reduced || !component->second.reduction) continue;
     const ReductionOptions& reduction = *component->second.reduction;
     if (reduction.is_massless()) refuse_massless(scene, instance);
-    if (reduction.is_characteristic()) refuse_characteristic(scene, instance, reduction.characteristic);
+    if (reduction.is_characteristic()) refuse_characteristic(scene, instance);
   }
   for (const ContactOptions& contact : scene.contact) {
     if (contact.enforcement == Enforcement::impulse) continue;

@@ -53,15 +53,19 @@ void parse_second_reduction(const SceneNode& node, ReductionOptions& reduction) 
 }
 
 CharacteristicOptions parse_characteristic(const SceneNode& node) {
-  const SceneMap map = node.map({"modes", "keep", "pressure", "patterns", "shear"});
+  const SceneMap map = node.map({"modes", "keep", "pressure", "patterns", "shear", "statics"});
   CharacteristicOptions options;
-  options.modes = map.at("modes").index(0);
+  if (const auto* modes = map.find("modes")) options.modes = modes->index(0);
   if (const auto* keep = map.find("keep")) options.keep = keep->names();
   if (const auto* pressure = map.find("pressure")) options.pressure = pressure->names();
-  if (const auto* patterns = map.find("patterns")) options.patterns = patterns->index(1);
   if (const auto* shear = map.find("shear")) options.shear = shear->boolean();
-  for (const char* key : {"patterns", "shear"})
-    if (const auto* of = map.find(key); of != nullptr && options.pressure.empty()) of->fail("goes with 'pressure'");
+  options.patterns = default_patterns(options);
+  if (const auto* patterns = map.find("patterns")) options.patterns = patterns->index(0);
+  const auto* statics = map.find("statics");
+  if (statics == nullptr) return options;
+  options.no_statics = statics->is_scalar() && statics->text() == "none";
+  if (!options.no_statics) options.statics = statics->names();
+  if (!options.no_statics && options.statics.empty()) statics->fail("is empty, expected sidesets of the interface, or none");
   return options;
 }
 
@@ -81,8 +85,6 @@ ReductionOptions parse_reduction(const SceneNode& node, const std::filesystem::p
   if (const auto* characteristic = map.find("characteristic")) {
     if (!reduction.is_characteristic()) characteristic->fail("goes with basis: characteristic");
     reduction.characteristic = parse_characteristic(*characteristic);
-  } else if (reduction.is_characteristic()) {
-    node.fail("missing key 'characteristic': basis: characteristic needs it, as {modes: 40, pressure: [contact]}");
   }
   reduction.interface_sets = map.at("interface").names();
   const std::string selection = map.exactly_one({"modes", "cutoff_hz", "tolerance"});

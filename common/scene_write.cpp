@@ -81,8 +81,10 @@ void write_characteristic(const CharacteristicOptions& options, std::ostream& ou
   map.add("modes", std::to_string(options.modes));
   map.add_if(!options.keep.empty(), "keep", words(options.keep));
   map.add_if(!options.pressure.empty(), "pressure", words(options.pressure));
-  map.add_if(!options.pressure.empty(), "patterns", std::to_string(options.patterns));
-  map.add_if(options.shear && !options.pressure.empty(), "shear", "true");
+  map.add("patterns", std::to_string(options.patterns));
+  map.add_if(options.shear, "shear", "true");
+  map.add_if(options.no_statics, "statics", "none");
+  map.add_if(!options.statics.empty(), "statics", words(options.statics));
   out << "      characteristic: " << map.text() << "\n";
 }
 

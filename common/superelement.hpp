@@ -16,6 +16,17 @@
 
 namespace cbr {
 
+// What a few shapes leave of the static compliance of faces, without mass. Entry i is a force at a node along a direction: the
+// outward normal alone, or x, y and z in turn. A node that lies in two faces with normals has an entry for each.
+struct StaticShare {
+  std::vector<Index> node;          // s, index into node_ids
+  Points direction = Points(0, 3);  // s x 3, unit vectors in the component's axes
+  Matrix F;                         // s x s, symmetric, positive semi-definite
+
+  Index size() const { return static_cast<Index>(node.size()); }
+  bool empty() const { return node.empty(); }
+};
+
 // Coordinates q = [q_k; u_c]: k fixed-interface modal coordinates, then c interface dofs. K_kc = 0 and M_kk = I are implied.
 struct Superelement {
   std::string basis = "craig-bampton";
@@ -39,9 +50,11 @@ struct Superelement {
   } massless;
 
   // Basis "characteristic" (docs/theory.md, 2): q_k are all coordinates there are, and K_cc, M_cc, M_kc are empty.
-  //   u_c = V q_k,   q_k'' + diag(eigenvalues) q_k = V^T f_c
+  //   u_c = V q_k + B F B^T f_c,   q_k'' + diag(eigenvalues) q_k = V^T f_c
+  // Column i of B (c x s) holds direction i at the three dofs of node i.
   struct Characteristic {
-    Matrix V;  // c x k, rigid motions first, eigenvalue 0
+    Matrix V;             // c x k, rigid motions first, eigenvalue 0
+    StaticShare statics;  // empty: files before 1.6, or none asked for
   } characteristic;
 
   std::vector<Index> dof_node;     // c, index into node_ids

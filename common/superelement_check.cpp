@@ -16,6 +16,7 @@ namespace {
 
 constexpr double symmetry_tolerance = 1e-10;  // of the largest entry
 constexpr double diagonal_tolerance = 1e-6;   // of the probe: an eigensolver's residual on a stiff pencil, far below any wrong row
+constexpr double unit_tolerance = 1e-6;       // of the length of a direction
 constexpr double largest_length = 1e150;      // coordinates: their squares are still numbers
 constexpr double most_round_off = 0.1;        // of the probe, however large what is summed
 constexpr double round_off = 2e-14;  // of the magnitudes that are summed: what M itself lets V be, when it is ill-conditioned
@@ -177,6 +178,22 @@ class Checker {
     require_shape("/characteristic/V", s_.characteristic.V, s_.c(), s_.k());
     require_finite("/characteristic/V", s_.characteristic.V);
     require_ascending();
+    check_statics(s_.characteristic.statics);
+  }
+
+  void check_statics(const StaticShare& statics) const {
+    const std::string group = "/characteristic/statics";
+    for (const Index node : statics.node) require_in_range(group + "/node", node, static_cast<Index>(s_.node_ids.size()));
+    require_shape(group + "/direction", statics.direction, statics.size(), 3);
+    require_finite(group + "/direction", statics.direction);
+    for (Index i = 0; i < statics.size(); ++i) {
+      const double length = statics.direction.row(i).norm();
+      if (!(std::abs(length - 1) <= unit_tolerance))
+        fail(group + "/direction", "row " + std::to_string(i) + " has length " + number_text(length) + ", expected a unit vector");
+    }
+    require_square(group + "/F", statics.F, statics.size());
+    for (Index i = 0; i < statics.size(); ++i)
+      if (statics.F(i, i) < 0) fail(group + "/F", "negative on the diagonal at " + std::to_string(i));
   }
 
   void require_ascending() const {

@@ -60,6 +60,13 @@ void write_half_of_massless(Hdf5Writer& file, const std::string& group, const Su
   file.write(group + "/rigid_share", massless.rigid_share);
 }
 
+void write_statics(Hdf5Writer& file, const std::string& group, const StaticShare& statics) {
+  if (statics.empty()) return;
+  file.write(group + "/node", statics.node);
+  file.write(group + "/direction", statics.direction);
+  file.write(group + "/F", statics.F);
+}
+
 // --- reading ---
 
 [[noreturn]] void fail(const Hdf5Reader& file, const std::string& what) { throw InputError(file.file().string() + ": " + what); }
@@ -129,6 +136,13 @@ void read_half_of_massless(const Hdf5Reader& file, const std::string& group, Sup
   if (file.has(group + "/omega_fall")) massless.omega_fall = file.read_scalar(group + "/omega_fall");
   if (file.has(group + "/rigid_momentum")) massless.rigid_momentum = file.read_matrix(group + "/rigid_momentum");
   if (file.has(group + "/rigid_share")) massless.rigid_share = file.read_matrix(group + "/rigid_share");
+}
+
+void read_statics(const Hdf5Reader& file, const std::string& group, StaticShare& statics) {
+  if (!file.has(group)) return;
+  statics.node = file.read_indices(group + "/node");
+  statics.direction = file.read_points(group + "/direction");
+  statics.F = file.read_matrix(group + "/F");
 }
 
 void read_interface(const Hdf5Reader& file, const std::string& prefix, Superelement& s) {
@@ -232,6 +246,7 @@ Superelement read_superelement_at(const Hdf5Reader& file, const std::string& pre
     read_half_of_massless(file, prefix + "/massless", s.massless);
   } else if (parts.matrices && s.is_characteristic()) {
     s.characteristic.V = file.read_matrix(prefix + "/characteristic/V");
+    read_statics(file, prefix + "/characteristic/statics", s.characteristic.statics);
   } else if (parts.matrices) {
     s.K_cc = file.read_matrix(prefix + "/matrices/K_cc");
     s.M_cc = file.read_matrix(prefix + "/matrices/M_cc");
@@ -265,6 +280,7 @@ void write_superelement_at(Hdf5Writer& file, const std::string& prefix, const Su
     write_half_of_massless(file, prefix + "/massless", s.massless);
   } else if (s.is_characteristic()) {
     file.write(prefix + "/characteristic/V", s.characteristic.V);
+    write_statics(file, prefix + "/characteristic/statics", s.characteristic.statics);
   } else {
     file.write(prefix + "/matrices/K_cc", s.K_cc);
     file.write(prefix + "/matrices/M_cc", s.M_cc);

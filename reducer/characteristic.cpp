@@ -21,37 +21,32 @@ constexpr const char* shapes = "the interface's shapes";
 
 [[noreturn]] void fail(const std::string& what) { throw InputError("characteristic." + what); }
 
-std::vector<std::string> set_names(const Superelement& s, bool nodesets) {
-  std::vector<std::string> names;
-  for (const Surface& surface : s.surfaces) names.push_back(surface.name);
-  if (nodesets)
-    for (const auto& [name, nodes] : s.nodesets) names.push_back(name);
-  return names;
-}
-
-const Surface& surface_named(const Superelement& s, const std::string& name) {
-  for (const Surface& surface : s.surfaces)
-    if (surface.name == name) return surface;
-  const std::vector<std::string> names = set_names(s, false);
-  fail("pressure: the interface keeps no sideset '" + name + "'" + nearest_name(name, names) + " allowed: " + join(names));
+// The surfaces that get responses to patterns of pressure. InputError: one that the interface does not keep.
+std::vector<const Surface*> pressed_surfaces(const CharacteristicOptions& options, const std::vector<char>& is_kept,
+                                             const Superelement& s) {
+  std::vector<const Surface*> pressed;
+  if (options.patterns == 0) return pressed;
+  CharacteristicOptions of = options;
+  of.statics = options.pressure;
+  try {
+    for (const auto& touching : touching_surfaces(options.pressure.empty() ? options : of, s)) pressed.push_back(touching.surface);
+  } catch (const InputError& error) {
+    if (options.pressure.empty()) throw;
+    std::string what = error.what();
+    throw InputError(what.replace(what.find("statics"), 7, "pressure"));
+  }
+  // Of a face that is kept whole the basis has all responses, unless it is asked for
+  if (options.pressure.empty()) {
+    std::erase_if(pressed, [&](const Surface* surface) {
+      const std::vector<Index> nodes = surface_nodes(*surface);
+      return std::all_of(nodes.begin(), nodes.end(), [&](Index node) { return is_kept[static_cast<std::size_t>(node)] != 0; });
+    });
+  }
+  return pressed;
 }
 
 // Dofs of the kept nodes, and the others.
-std::pair<std::vector<Index>, std::vector<Index>> split(const Superelement& s, const std::vector<std::string>& keep) {
-  std::vector<char> is_kept(s.node_ids.size(), 0);
-  for (const std::string& name : keep) {
-    std::vector<Index> nodes;
-    const auto surface = std::find_if(s.surfaces.begin(), s.surfaces.end(), [&](const Surface& of) { return of.name == name; });
-    if (surface != s.surfaces.end()) {
-      nodes = surface_nodes(*surface);
-    } else if (const auto set = s.nodesets.find(name); set != s.nodesets.end()) {
-      nodes = set->second;
-    } else {
-      const std::vector<std::string> names = set_names(s, true);
-      fail("keep: the interface keeps no set '" + name + "'" + nearest_name(name, names) + " allowed: " + join(names));
-    }
-    for (const Index node : nodes) is_kept[static_cast<std::size_t>(node)] = 1;
-  }
+std::pair<std::vector<Index>, std::vector<Index>> split(const Superelement& s, const std::vector<char>& is_kept) {
   std::pair<std::vector<Index>, std::vector<Index>> dofs;
   for (Index i = 0; i < s.c(); ++i)
     (is_kept[static_cast<std::size_t>(s.dof_node[static_cast<std::size_t>(i)])] != 0 ? dofs.first : dofs.second).push_back(i);
@@ -131,8 +126,8 @@ class Statics {
   Statics(const Superelement& s, const Matrix& R) : s_(s), R_(R), P_(s.M_cc * R), held_(hold_rigid_motions(s.K_cc, R)) {
     if (!dense_cholesky(held_.K))
       fail(
-          "pressure: the interface moves without strain in more ways than as a rigid body, or is too thin for a double: mend the "
-          "mesh, or use less flat elements");
+          "statics: the interface moves without strain in more ways than as a rigid body, or is too thin for a double: mend the "
+          "mesh, or use less flat elements, or leave both out (statics: none, patterns: 0)");
   }
 
   Matrix in_equilibrium(const Matrix& B) const { return B - P_ * (R_.transpose() * B); }
@@ -140,6 +135,19 @@ class Statics {
   Matrix solve(Matrix B) const {
     solve_cholesky(held_.K, B);
     return B;
+  }
+
+  // Of the component under forces B on its interface, inertia in balance with them, to which the interior gives way by Q:
+  //   f^T K_cc^+ f + (R^T B)^T Q R^T B,   f = B - P R^T B   (m x m)
+  Matrix compliance(const Matrix& B, const Matrix& Q) const {
+    Matrix f = in_equilibrium(B);
+    held_.K.triangularView<Eigen::Lower>().solveInPlace(f);
+    Matrix C = Matrix::Zero(B.cols(), B.cols());
+    C.selfadjointView<Eigen::Lower>().rankUpdate(f.transpose());
+    const Matrix r = R_.transpose() * B;
+    C += r.transpose() * Q * r;
+    mirror_lower(C);
+    return C;
   }
 
   // f^T T (T^T K_cc T)^+ T^T f: what of the compliance the shapes T have, which span the rigid motions
@@ -191,9 +199,7 @@ void add_patterns(const Surface& surface, const CharacteristicOptions& options, 
                   Matrix& T, CharacteristicFigures& figures) {
   const PressureLoads loads = pressure_loads(s, surface, options.shear);
   const Index m = loads.B.cols();
-  // The default asks for as many as there are
-  const bool is_default = options.patterns == CharacteristicOptions().patterns;
-  const Index wanted = is_default ? std::min(options.patterns, m) : options.patterns;
+  const Index wanted = options.patterns;
   if (wanted > m)
     fail("patterns: " + std::to_string(options.patterns) + " asked for on '" + surface.name + "', which has only " +
          std::to_string(m) + (options.shear ? " loads: three a node" : " loads: one a node"));
@@ -244,52 +250,45 @@ Matrix in_span(const Matrix& T, const Matrix& R_c) {
 }  // namespace
 
 PressureLoads pressure_loads(const Superelement& s, const Surface& surface, bool shear) {
-  const std::vector<Index> nodes = surface_nodes(surface);
+  const NodeAreas areas = node_areas(s, surface);
   std::vector<Index> place(s.node_ids.size(), -1);
-  for (std::size_t i = 0; i < nodes.size(); ++i) place[static_cast<std::size_t>(nodes[i])] = static_cast<Index>(i);
-  Points normal = Points::Zero(static_cast<Index>(nodes.size()), 3);
-  Vector area = Vector::Zero(normal.rows());
-  const IndexTable faces = linear_faces(surface).faces;
-  for (Index f = 0; f < faces.rows(); ++f) {
-    const Index corners = faces(f, 3) == faces(f, 2) ? 3 : 4;
-    const auto x = [&](Index i) { return Vector3(s.coordinates.row(faces(f, i))); };
-    const Vector3 a = 0.5 * (x(2) - x(0)).cross(x(3) - x(1));  // of a triangle, x3 = x2, too
-    for (Index i = 0; i < corners; ++i) {
-      const Index node = place[static_cast<std::size_t>(faces(f, i))];
-      normal.row(node) -= a.transpose() / static_cast<double>(corners);
-      area(node) += a.norm() / static_cast<double>(corners);
-    }
-  }
+  for (std::size_t i = 0; i < areas.node.size(); ++i) place[static_cast<std::size_t>(areas.node[i])] = static_cast<Index>(i);
   PressureLoads loads;
   const Index per_node = shear ? 3 : 1;
-  loads.B.setZero(s.c(), per_node * normal.rows());
+  loads.B.setZero(s.c(), per_node * areas.area.size());
   loads.area.resize(loads.B.cols());
-  for (Index j = 0; j < loads.area.size(); ++j) loads.area(j) = area(j / per_node);
+  for (Index j = 0; j < loads.area.size(); ++j) loads.area(j) = areas.area(j / per_node);
   for (Index i = 0; i < s.c(); ++i) {
     const Index node = place[static_cast<std::size_t>(s.dof_node[static_cast<std::size_t>(i)])];
     if (node < 0) continue;
     const int d = s.dof_component[static_cast<std::size_t>(i)];
     if (shear) {
-      loads.B(i, 3 * node + d) = area(node);
+      loads.B(i, 3 * node + d) = areas.area(node);
     } else {
-      loads.B(i, node) = normal(node, d);
+      loads.B(i, node) = -areas.vector(node, d);
     }
   }
   return loads;
 }
 
-CharacteristicFigures make_characteristic(const CharacteristicOptions& options, const std::vector<Index>& part, Superelement& s) {
+CharacteristicFigures make_characteristic(const CharacteristicOptions& options, const std::vector<Index>& part,
+                                          const InteriorInertia& inertia, Superelement& s) {
   CharacteristicFigures figures;
   figures.n_fixed = s.k();
   figures.rho = residual_mass_share(s);
   Matrix R = rigid_motions_of_parts(s, part).bottomRows(s.c());
   orthonormalise(s.M_cc, R, shapes);
-  const auto [kept, others] = split(s, options.keep);
+  const std::vector<char> is_kept = kept_nodes(options, s);
+  const auto [kept, others] = split(s, is_kept);
   Matrix T =
       kept.empty() ? shapes_of_all(s, options.modes, R, figures) : shapes_beside_kept(s, options.modes, kept, others, R, figures);
-  if (!options.pressure.empty()) {
+  const std::vector<const Surface*> pressed = pressed_surfaces(options, is_kept, s);
+  StaticShare& share = s.characteristic.statics = static_forces(options, s);
+  Matrix compliance;
+  if (!pressed.empty() || !share.empty()) {
     const Statics statics(s, R);
-    for (const std::string& name : options.pressure) add_patterns(surface_named(s, name), options, statics, s, T, figures);
+    for (const Surface* surface : pressed) add_patterns(*surface, options, statics, s, T, figures);
+    if (!share.empty()) compliance = statics.compliance(forces_on_dofs(share, s), inertia_of(inertia, R));
   }
   Superelement t = in_shapes(s, T);
   figures.mass = reduced_mass_condition(t);
@@ -308,6 +307,7 @@ CharacteristicFigures make_characteristic(const CharacteristicOptions& options, 
     if (k > 0 && Phi.rows() > 0) Phi.noalias() = recovery.Phi * t.V.topRows(k);
     recovery.Phi = std::move(Phi);
   }
+  if (!share.empty()) share.F = compliance_that_is_left(std::move(compliance), share, R.cols(), s);
   s.K_cc.resize(0, 0), s.M_cc.resize(0, 0), s.M_kc.resize(0, 0);
   return figures;
 }

@@ -8,6 +8,7 @@
 #include "common/scene.hpp"
 #include "common/superelement.hpp"
 #include "reducer/condition.hpp"
+#include "reducer/statics.hpp"
 
 namespace cbr {
 
@@ -28,14 +29,15 @@ struct CharacteristicFigures {
 // s: a reduction to Craig-Bampton's form with its sets; K_cc, M_cc and M_kc are used up. part: of the component, per node of s.
 // Recovery data go along. InputError: a set that the interface does not keep; more modes than dofs; kept nodes that do not hold the
 // rest; nothing to reduce. RunError: of the eigensolver.
-CharacteristicFigures make_characteristic(const CharacteristicOptions& options, const std::vector<Index>& part, Superelement& s);
+CharacteristicFigures make_characteristic(const CharacteristicOptions& options, const std::vector<Index>& part,
+                                          const InteriorInertia& inertia, Superelement& s);
 
 // Condition of its mass and frequencies. The interface dof that a motion without stiffness moves most; -1: there is none.
 Index examine_characteristic(const Superelement& s, const CharacteristicFigures& figures, const std::vector<Index>& part,
                              Conditioning& condition);
 
 // Forces of unit pressures at the surface's nodes on the interface's dofs, c x m, or 3 m with shear (x, y, z of each node), and the
-// areas that they act on (m or 3 m): n_i is the sum of the node's shares of its faces' area vectors, by their corners.
+// areas that they act on (m or 3 m): of node_areas().
 struct PressureLoads {
   Matrix B;
   Vector area;

@@ -45,6 +45,7 @@ void refuse_mesh_options(const ReduceCommand& c) {
                                                            {!c.pressure.empty(), "--pressure"},
                                                            {c.patterns.has_value(), "--patterns"},
                                                            {c.shear, "--shear"},
+                                                           {!c.statics.empty(), "--statics"},
                                                            {c.domains.has_value(), "--domains"},
                                                            {c.recovery, "--recovery"},
                                                            {!c.output.empty(), "--output"}};
@@ -125,8 +126,9 @@ bool is_up_to_date(const ReductionOptions& reduction, const std::string& hash, c
 void add_provenance(const CharacteristicOptions& options, std::map<std::string, std::string>& p) {
   p["characteristic.modes"] = std::to_string(options.modes);
   if (!options.keep.empty()) p["characteristic.keep"] = join(options.keep);
-  if (options.pressure.empty()) return;
-  p["characteristic.pressure"] = join(options.pressure);
+  if (!options.pressure.empty()) p["characteristic.pressure"] = join(options.pressure);
+  if (!options.statics.empty()) p["characteristic.statics"] = join(options.statics);
+  if (options.no_statics) p["characteristic.statics"] = "none";
   p["characteristic.patterns"] = std::to_string(options.patterns);
   p["characteristic.shear"] = options.shear ? "true" : "false";
 }
@@ -175,6 +177,7 @@ class Reducer {
     inputs.add(component.mesh);
     const std::string hash = content_hash(scene, component);
     loads_ = load_sets(scene, component);
+    needs_ = interface_needs(scene, component);
     if (!command_.force && is_up_to_date(reduction, hash, loads_, settings_.diagonal_limit)) {
       report_.line(component.name + ": " + reduction.superelement.string() + " is up to date: nothing to do");
       return;
@@ -214,6 +217,7 @@ class Reducer {
     ReductionFigures figures;
     ReductionOptions options = *component.reduction;
     options.loads = takes_loads_in(options) ? loads_ : std::vector<std::string>();
+    options.characteristic.needs = needs_;
     Superelement s = reduce(mesh, properties, component.mass, options, settings_, report_, &figures);
     finish(std::move(s), figures, component, hash, provenance);
   }
@@ -280,6 +284,7 @@ class Reducer {
   const ReduceCommand& command_;
   ReduceSettings settings_;
   std::vector<std::string> loads_;                     // sets of the component at hand that loads act on
+  InterfaceNeeds needs_;                               // of the same
   std::map<std::string, std::filesystem::path> done_;  // content hash and loads -> file made in this run
 };
 

@@ -25,7 +25,7 @@ struct ReduceCommand {
   std::string pick, element, mass, basis, massless_modes, output;
   bool recovery = false;
   std::optional<Index> characteristic_modes, patterns;
-  std::vector<std::string> keep, pressure;
+  std::vector<std::string> keep, pressure, statics;
   bool shear = false;
   // With both.
   bool force = false;

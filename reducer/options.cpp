@@ -49,24 +49,24 @@ std::string parse_bytes(const std::string& text, double& bytes) {
 }
 
 bool gives_characteristic(const ReduceCommand& command) {
-  return command.characteristic_modes || command.patterns || command.shear || !command.keep.empty() || !command.pressure.empty();
+  return command.characteristic_modes || command.patterns || command.shear || !command.keep.empty() || !command.pressure.empty() ||
+         !command.statics.empty();
 }
 
 CharacteristicOptions characteristic_of(const ReduceCommand& command, const ReductionOptions& reduction) {
   if (!reduction.is_characteristic())
-    throw InputError("--characteristic-modes, --keep, --pressure, --patterns and --shear go with --basis characteristic");
-  if (!command.characteristic_modes)
-    throw InputError("--characteristic-modes is missing: how many of the interface's own modes are kept?");
-  if (command.pressure.empty() && (command.patterns || command.shear))
-    throw InputError("--patterns and --shear go with --pressure");
+    throw InputError(
+        "--characteristic-modes, --keep, --pressure, --patterns, --shear and --statics go with --basis characteristic");
   CharacteristicOptions options;
-  options.modes = *command.characteristic_modes;
+  options.modes = command.characteristic_modes.value_or(options.modes);
   options.keep = command.keep, options.pressure = command.pressure;
-  options.patterns = command.patterns.value_or(options.patterns);
   options.shear = command.shear;
+  options.patterns = command.patterns.value_or(default_patterns(options));
+  options.no_statics = command.statics == std::vector<std::string>{"none"};
+  if (!options.no_statics) options.statics = command.statics;
   if (options.modes < 0)
     throw InputError("--characteristic-modes: " + std::to_string(options.modes) + " found, 0 or more is allowed");
-  if (options.patterns < 1) throw InputError("--patterns: " + std::to_string(options.patterns) + " found, 1 or more is allowed");
+  if (options.patterns < 0) throw InputError("--patterns: " + std::to_string(options.patterns) + " found, 0 or more is allowed");
   return options;
 }
 
@@ -106,7 +106,7 @@ void add_reduce_options(CLI::App& app, ReduceCommand& command) {
                    "fixed (modified Craig-Bampton)")
       ->type_name("WORD");
   mesh->add_option("--characteristic-modes", command.characteristic_modes,
-                   "of basis characteristic: the interface's own modes that stand for its dofs, 0 or more")
+                   "of basis characteristic: the interface's own modes that stand for its dofs, 0 or more (default 10)")
       ->type_name("N");
   mesh->add_option("--keep", command.keep,
                    "of basis characteristic: set whose nodes keep their dofs, so that only the rest is reduced; may be given more "
@@ -114,12 +114,18 @@ void add_reduce_options(CLI::App& app, ReduceCommand& command) {
       ->allow_extra_args(false)
       ->type_name("NAME");
   mesh->add_option("--pressure", command.pressure,
-                   "of basis characteristic: sideset that will touch, which gets static responses to patterns of pressure; may be "
-                   "given more than once")
+                   "of basis characteristic: sideset that gets static responses to patterns of pressure (default: those of "
+                   "--statics); may be given more than once")
       ->allow_extra_args(false)
       ->type_name("NAME");
-  mesh->add_option("--patterns", command.patterns, "number of patterns on each of these (default 20)")->type_name("N");
-  mesh->add_flag("--shear", command.shear, "patterns of traction in all directions, not only of pressure");
+  mesh->add_option("--patterns", command.patterns, "number of patterns on each of these (default 1, with --shear 3)")
+      ->type_name("N");
+  mesh->add_flag("--shear", command.shear, "patterns and statics in all directions, not only normal to the faces: for friction");
+  mesh->add_option("--statics", command.statics,
+                   "of basis characteristic: sideset that will touch, whose statics are kept in full (default: those of the "
+                   "interface), or none; may be given more than once")
+      ->allow_extra_args(false)
+      ->type_name("NAME");
   mesh->add_option("--domains", command.domains, "parts that are reduced each by itself and share nodes (default 1)")
       ->type_name("N");
   mesh->add_flag("--recovery", command.recovery, "store what brings back the interior: Psi, Phi and the connectivity");

@@ -159,10 +159,10 @@ void add_diagonal(Reduction& r, Superelement& s) {
   if (loose >= 0) r.figures.condition.loose_node = node_of_interface_dof(r, loose);
 }
 
-void make_shapes(Reduction& r, Superelement& s) {
+void make_shapes(Reduction& r, const SparseCholesky& factor, Superelement& s) {
   const auto phase = r.report.phase("characteristic modes");
   const std::vector<Index> part = parts_of_interface(r);
-  r.figures.characteristic = make_characteristic(r.options.characteristic, part, s);
+  r.figures.characteristic = make_characteristic(r.options.characteristic, part, interior_inertia(r.p.rigid, factor), s);
   const Index loose = examine_characteristic(s, r.figures.characteristic, part, r.figures.condition);
   if (loose >= 0) r.figures.condition.loose_node = node_of_interface_dof(r, loose);
 }
@@ -300,7 +300,7 @@ void condense_and_keep(Reduction& r, Superelement& s) {
   if (r.options.is_characteristic()) free = look_before(r, factor, modes.Phi, s);
   if (r.options.recovery) add_recovery(r, std::move(condensed.Psi), std::move(modes.Phi), s);
   if (!r.options.is_characteristic()) return;
-  make_shapes(r, s);
+  make_shapes(r, factor, s);
   look_after(free, r.figures.condition.n_rigid, s);
   const Vector lambda = s.eigenvalues.tail(s.k() - r.figures.condition.n_rigid);
   const Index ten = std::min({lambda.size(), free.with_basis.size(), n_free_modes_of_tolerance});

@@ -190,46 +190,36 @@ TEST(CharacteristicContact, RefusesWhatItCannotDo) {
     EXPECT_NE(message.find("characteristic"), std::string::npos) << message;
   };
   Bar p;
-  p.more = "boundary: [{instance: b, nodes: x_max, fix: [x, y, z]}]\n";
-  expect(p, "name the held nodes under characteristic.keep");
-  p = {};
   p.contact += ", enforcement: nodal";
   expect(p, "nodal masses");
   p = {};
   p.reduction += ", domains: 2";
   expect(p, "domains above 1");
   p = {};
-  p.reduction = "basis: characteristic, modes: 20";
-  expect(p, "missing key 'characteristic'");
-  p = {};
   p.reduction = "characteristic: {modes: 3}, modes: 20";
   expect(p, "goes with basis: characteristic");
   p = {};
-  p.reduction = "basis: characteristic, characteristic: {modes: 3, patterns: 4}, modes: 20";
-  expect(p, "goes with 'pressure'");
+  p.reduction = "basis: characteristic, characteristic: {statics: [y_min]}, modes: 20";
+  expect(p, "characteristic.statics: the interface keeps no sideset 'y_min'");
   p = {};
   p.more = "skin: {surfaces: [x_max], youngs_modulus: 10, poissons_ratio: 0.3, density: 1, thickness: 0.01}\n";
   expect(p, "shells");
 }
 
-TEST(CharacteristicContact, TiedFacesMustBeKept) {
-  const auto message = [](const std::string& characteristic) {
-    SceneFolder folder;
-    folder.add("bar.exo", test::block_mesh({{4, 2, 2}, {1, 0.5, 0.5}}));
-    try {
-      folder.run(
-          "materials: {m: {youngs_modulus: 100, poissons_ratio: 0.2, density: 1}}\ncomponents: {bar: {mesh: bar.exo, "
-          "material: m, reduction: {basis: characteristic, characteristic: {" +
-          characteristic +
-          "}, interface: [x_min, x_max], modes: 4}}}\ninstances: {a: {component: bar}, b: {component: bar, position: [1, "
-          "0, 0]}}\ncontact: [{between: [a.x_max, b.x_min], tied: true}]\ntime: {end: 0.1}\n");
-    } catch (const InputError& error) {
-      return std::string(error.what());
-    }
-    return std::string();
-  };
-  EXPECT_NE(message("modes: 3, keep: [x_max]").find("coordinate for each node of 'x_min'"), std::string::npos);
-  EXPECT_NE(message("modes: 3, keep: [x_min]").find("coordinate for each node of 'x_max'"), std::string::npos);
+// Nodes that the scene holds or ties have their dofs without being named.
+TEST(CharacteristicContact, TiedFacesAndHeldNodesAreKept) {
+  SceneFolder folder;
+  folder.add("bar.exo", test::block_mesh({{4, 2, 2}, {1, 0.5, 0.5}}));
+  const Ran ran = folder.run(
+      "materials: {m: {youngs_modulus: 100, poissons_ratio: 0, density: 1}}\ncomponents: {bar: {mesh: bar.exo, "
+      "material: m, reduction: {basis: characteristic, characteristic: {modes: 3}, interface: [x_min, x_max, y_min], modes: "
+      "4}}}\ninstances: {a: {component: bar}, b: {component: bar, position: [1, 0, 0]}}\n"
+      "boundary: [{instance: a, nodes: x_min, fix: [x, y, z]}]\n"
+      "loads: [{instance: b, surface: x_max, traction: [1, 0, 0], history: {time: [0, 4], value: [0, 1]}}]\n"
+      "contact: [{between: [a.x_max, b.x_min], tied: true}]\ntime: {end: 4}\noutput: {every: 0.1, history: [b.x_max]}\n");
+  const std::size_t last = ran.result.time.size() - 1;
+  EXPECT_NEAR(test::at(ran.monitor("b.x_max").mean_position, last)[0], 2 + 2.0 / 100, 1e-3);
+  EXPECT_LT(test::energy_residual(ran.result), 1e-9);
 }
 
 }  // namespace

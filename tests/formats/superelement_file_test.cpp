@@ -55,7 +55,7 @@ TEST(SuperelementFile, basisMasslessHasMatricesOfItsOwn) {
   const TemporaryFolder folder;
   const Superelement written = massless_sample();
   write_superelement(written, folder / "s.h5");
-  EXPECT_EQ(Hdf5Reader(folder / "s.h5").read_string("/", "format_version"), "1.5");
+  EXPECT_EQ(Hdf5Reader(folder / "s.h5").read_string("/", "format_version"), "1.6");
   EXPECT_FALSE(Hdf5Reader(folder / "s.h5").has("/matrices/K_cc"));
   const Superelement read = read_superelement(folder / "s.h5");
   EXPECT_TRUE(test::identical(read, written));
@@ -191,6 +191,11 @@ Superelement characteristic_sample() {
   Superelement s = sample_superelement();
   s.basis = "characteristic";
   s.characteristic.V = s.M_kc.transpose();
+  StaticShare& statics = s.characteristic.statics;
+  statics.node = {0, 0, 0, 2};
+  statics.direction.resize(4, 3);
+  statics.direction << 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0.6, -0.8;
+  statics.F = s.M_cc.topLeftCorner(4, 4);
   s.K_cc.resize(0, 0), s.M_cc.resize(0, 0), s.M_kc.resize(0, 0);
   s.omega.resize(0), s.V.resize(0, 0);
   return s;
@@ -204,6 +209,9 @@ TEST(SuperelementFile, basisCharacteristicHasTheInterfaceInItsCoordinates) {
   const Superelement read = read_superelement(folder / "s.h5");
   EXPECT_TRUE(test::identical(read, written));
   EXPECT_EQ(read.characteristic.V, written.characteristic.V);
+  EXPECT_EQ(read.characteristic.statics.node, written.characteristic.statics.node);
+  EXPECT_EQ(read.characteristic.statics.direction, written.characteristic.statics.direction);
+  EXPECT_EQ(read.characteristic.statics.F, written.characteristic.statics.F);
   EXPECT_EQ(read.n_coordinates(), read.k());
   EXPECT_EQ(read_superelement(folder / "s.h5", {false, false, false}).characteristic.V.size(), 0);
 }
@@ -223,6 +231,16 @@ TEST(SuperelementFile, basisCharacteristicIsChecked) {
   check(characteristic_sample(), "s.h5");
   expect("/characteristic/V", [](Superelement& s) { s.characteristic.V.conservativeResize(11, 4); });
   expect("/characteristic/V", [](Superelement& s) { s.characteristic.V(3, 2) = NAN; });
+  const auto expect_statics = [&](const std::string& field, auto&& damage) {
+    expect("/characteristic/statics/" + field, [&](Superelement& s) { damage(s.characteristic.statics); });
+  };
+  expect_statics("node", [](StaticShare& statics) { statics.node[3] = 100; });
+  expect_statics("direction", [](StaticShare& statics) { statics.direction(3, 1) = 0.61; });
+  expect_statics("direction", [](StaticShare& statics) { statics.direction(3, 1) = NAN; });
+  expect_statics("direction", [](StaticShare& statics) { statics.direction.conservativeResize(3, 3); });
+  expect_statics("F", [](StaticShare& statics) { statics.F.conservativeResize(4, 3); });
+  expect_statics("F", [](StaticShare& statics) { statics.F(1, 2) += 0.1 * statics.F.maxCoeff(); });
+  expect_statics("F", [](StaticShare& statics) { statics.F(1, 1) = -1e-20; });
   expect("/matrices/eigenvalues", [](Superelement& s) { std::swap(s.eigenvalues(0), s.eigenvalues(3)); });
   expect("/diagonal", [](Superelement& s) { s.omega = Vector::Ones(16), s.V = RowMatrix::Identity(16, 16); });
   expect("attribute 'n_modes'", [](Superelement& s) {

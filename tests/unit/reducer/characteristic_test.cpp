@@ -183,7 +183,7 @@ TEST(Characteristic, RefusesByName) {
       << message({3, {"x_mx"}});
   EXPECT_NE(message({3, {"x_max"}}).find("nothing is left to reduce"), std::string::npos);
   EXPECT_NE(message({3, {}, {"y_max"}}).find("characteristic.pressure: the interface keeps no sideset 'y_max'"), std::string::npos);
-  EXPECT_EQ(message({3, {}, {"x_max"}}), "no InputError");  // the default: as many as there are
+  EXPECT_EQ(message({3, {}, {"x_max"}}), "no InputError");
   EXPECT_NE(message({3, {}, {"x_max"}, 10}).find("patterns: 10 asked for on 'x_max', which has only 9 loads"), std::string::npos);
   const std::string loose = message_of(mesh, characteristic({"surface"}, 0, {3, {"corner"}}));
   EXPECT_NE(loose.find("do not hold the others"), std::string::npos) << loose;

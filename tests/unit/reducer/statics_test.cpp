@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Statics that basis characteristic keeps, against dense matrices of the whole component.
+#include "reducer/statics.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+
+#include "common/assembly.hpp"
+#include "reducer/reduce.hpp"
+#include "tests/support/refusal.hpp"
+#include "tests/unit/reducer/box_mesh.hpp"
+
+namespace cbr::test {
+namespace {
+
+const Material soft = {1000, 0.3, 2};
+
+Mesh skewed(std::array<Index, 3> n = {5, 4, 3}) { return box_mesh({n, {5, 4, 3}, {1, 2, 3}, 0.08}); }
+
+ReductionOptions touching(const std::vector<std::string>& sets, std::map<std::string, bool> slides, Index fixed = 8) {
+  ReductionOptions options;
+  options.basis = "characteristic";
+  options.interface_sets = sets;
+  options.modes = fixed;
+  options.characteristic.modes = 4;
+  options.characteristic.needs.touching = std::move(slides);
+  return options;
+}
+
+Superelement reduced(const Mesh& mesh, const ReductionOptions& options, MassKind mass = MassKind::lumped) {
+  Report report("test", Verbosity::quiet);
+  Superelement s = reduce(mesh, properties(mesh, soft), mass, options, {}, report);
+  check(s, "test");
+  return s;
+}
+
+// Answers of the free component to forces (N x s), the inertia of its rigid motions in balance with them, dense and whole:
+//   U = (1 - N N^T M) G (1 - M N N^T) B,   G = (K + scale M N N^T M)^-1,   N^T M N = 1
+Matrix dense_answers(const Mesh& mesh, MassKind mass, const Matrix& B) {
+  const FiniteElementModel model = assemble(mesh, properties(mesh, soft), mass);
+  const Matrix K(model.K), M(model.M);
+  Points x(static_cast<Index>(model.nodes.size()), 3);
+  for (Index i = 0; i < x.rows(); ++i) x.row(i) = mesh.coordinates.row(model.nodes[static_cast<std::size_t>(i)]);
+  const Matrix R = rigid_modes(x, rigid_body(model.M, x).center);
+  const Matrix N = Eigen::LLT<Matrix>(R.transpose() * M * R).matrixL().solve(R.transpose()).transpose();
+  const Matrix P = M * N;
+  const double scale = K.diagonal().mean() / P.squaredNorm();
+  const Eigen::LDLT<Matrix> factor(K + scale * P * P.transpose());
+  const Matrix U = factor.solve(B - P * (N.transpose() * B));
+  return U - N * (P.transpose() * U);
+}
+
+// The superelement's forces on the component's dofs   (N x s)
+Matrix forces_on_component(const Mesh& mesh, const Superelement& s) {
+  const FiniteElementModel model = number_nodes(mesh);
+  const StaticShare& statics = s.characteristic.statics;
+  Matrix B = Matrix::Zero(3 * static_cast<Index>(model.nodes.size()), statics.size());
+  for (Index i = 0; i < statics.size(); ++i) {
+    const Index id = s.node_ids[static_cast<std::size_t>(statics.node[static_cast<std::size_t>(i)])];
+    const auto found = std::find(mesh.node_ids.begin(), mesh.node_ids.end(), id);
+    const Index row = model.row[static_cast<std::size_t>(found - mesh.node_ids.begin())];
+    B.block(3 * row, i, 3, 1) = statics.direction.row(i).transpose();
+  }
+  return B;
+}
+
+Matrix of_modes(const Superelement& s) {
+  const Matrix G = along_forces(s.characteristic.statics, s, s.characteristic.V).rightCols(s.k() - 6);
+  return G * s.eigenvalues.tail(s.k() - 6).cwiseInverse().asDiagonal() * G.transpose();
+}
+
+TEST(Statics, OfAnyForceOnAFaceAreExact) {
+  const Mesh mesh = skewed();
+  for (const MassKind mass : {MassKind::lumped, MassKind::consistent}) {
+    for (const bool slides : {false, true}) {
+      for (const Index fixed : {Index{0}, Index{8}}) {
+        const Superelement s = reduced(mesh, touching({"x_max", "y_max"}, {{"x_max", slides}}, fixed), mass);
+        const StaticShare& statics = s.characteristic.statics;
+        ASSERT_EQ(statics.size(), (slides ? 3 : 1) * 20);
+        const Matrix B = forces_on_component(mesh, s), exact = B.transpose() * dense_answers(mesh, mass, B);
+        const double largest = exact.cwiseAbs().maxCoeff();
+        EXPECT_LT((of_modes(s) + statics.F - exact).cwiseAbs().maxCoeff(), 1e-9 * largest) << slides << fixed;
+        // Shapes are a part of what the component can do, so that nothing negative is left
+        const Vector left = Eigen::SelfAdjointEigenSolver<Matrix>(statics.F).eigenvalues();
+        EXPECT_GT(left.minCoeff(), -1e-11 * largest) << slides << fixed;
+        EXPECT_GT(left.maxCoeff(), 1e-3 * largest) << slides << fixed;
+      }
+    }
+  }
+}
+
+TEST(Statics, NodesOfTwoFacesHaveBothDirections) {
+  const Mesh mesh = skewed();
+  const Superelement s = reduced(mesh, touching({"x_max", "y_max"}, {{"x_max", false}, {"y_max", false}}));
+  const StaticShare& statics = s.characteristic.statics;
+  ASSERT_EQ(statics.size(), 20 + 24);
+  const Matrix B = forces_on_component(mesh, s), exact = B.transpose() * dense_answers(mesh, MassKind::lumped, B);
+  EXPECT_LT((of_modes(s) + statics.F - exact).cwiseAbs().maxCoeff(), 1e-9 * exact.cwiseAbs().maxCoeff());
+  // One of them with friction: all directions, once
+  EXPECT_EQ(reduced(mesh, touching({"x_max", "y_max"}, {{"x_max", true}, {"y_max", false}})).characteristic.statics.size(),
+            3 * 20 + 24 - 4);
+}
+
+TEST(Statics, KeptAndHeldNodesNeedNone) {
+  const Mesh mesh = skewed();
+  ReductionOptions options = touching({"x_max", "y_max"}, {{"x_max", false}});
+  options.characteristic.needs.held = {"y_max", "a set that the interface does not keep"};
+  const Superelement s = reduced(mesh, options);
+  EXPECT_EQ(s.characteristic.statics.size(), 20 - 4);
+  EXPECT_EQ(s.k(), 8 + 3 * 24 + 4 + 1);
+  options.characteristic.needs.held.clear();
+  options.characteristic.keep = {"x_max"};
+  EXPECT_TRUE(reduced(mesh, options).characteristic.statics.empty());
+}
+
+TEST(Statics, AreOfWhatIsAskedFor) {
+  const Mesh mesh = skewed();
+  ReductionOptions options = touching({"x_max", "y_max"}, {});
+  const auto size = [&] { return reduced(mesh, options).characteristic.statics.size(); };
+  EXPECT_EQ(size(), 0);
+  options.characteristic.statics = {"y_max"};
+  EXPECT_EQ(size(), 24);
+  options.characteristic.shear = true;
+  EXPECT_EQ(size(), 3 * 24);
+  options.characteristic.no_statics = true;
+  EXPECT_EQ(size(), 0);
+  options.characteristic = {};
+  options.characteristic.needs.all_touch = false;
+  EXPECT_EQ(size(), 20 + 24);
+  options.characteristic.needs.all_touch = true;
+  EXPECT_EQ(size(), 3 * (20 + 24 - 4));
+  options.characteristic.statics = {"y_mx"};
+  EXPECT_EQ(refusal_of([&] { reduced(mesh, options); }),
+            "characteristic.statics: the interface keeps no sideset 'y_mx', did you mean 'y_max'? allowed: x_max, y_max");
+}
+
+}  // namespace
+}  // namespace cbr::test
