@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "common/massless_modes.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <string>
 #include <utility>
 
 #include "common/error.hpp"
+#include "common/linalg/dense.hpp"
 #include "common/linalg/dense_factor.hpp"
 #include "common/linalg/eigenpairs.hpp"
 #include "common/mesh/face_weights.hpp"
@@ -68,15 +68,15 @@ double take_fixed_modes(FixedModes modes, const Matrix& R, const Matrix& momentu
   // alpha <- alpha + alpha R (A^-1/2 - I) R^T M_cc, A = R^T alpha^T alpha R: the modes then have all of the rigid mass,
   // R^T alpha^T alpha R = I   (k x c). The symmetric root depends on no choice of axes, as a Cholesky factor would.
   Matrix alpha = std::move(modes.alpha), alpha_R = alpha * R;
-  const Eigen::SelfAdjointEigenSolver<Matrix> roots(Matrix(alpha_R.transpose() * alpha_R));
-  const double least = r > 0 ? roots.eigenvalues()(0) : 1;
+  const SymmetricEigen roots = symmetric_eigen(alpha_R.transpose() * alpha_R);
+  const double least = r > 0 ? roots.values(0) : 1;
   if (!(least > least_driven_mass)) {
     throw InputError(
         "modes: the " + std::to_string(k) +
         " fixed modes do not take part in every rigid motion of the interface, so that nothing would carry its mass: keep "
         "more, or pick: participation");
   }
-  const Matrix corrected = alpha_R * roots.operatorInverseSqrt();
+  const Matrix corrected = alpha_R * roots.inverse_root();
   alpha.noalias() += (corrected - alpha_R) * momentum.transpose();
   // F = (K_cc + alpha^T Lambda alpha)^-1   (c x c); U = F alpha^T Lambda   (c x k)
   Matrix F = std::move(modes.K_cc);
@@ -98,7 +98,7 @@ double take_fixed_modes(FixedModes modes, const Matrix& R, const Matrix& momentu
   s.massless.V.leftCols(r) = R;
   s.massless.modes = "fixed";
   s.massless.rigid_momentum = momentum;
-  s.massless.rigid_share = roots.operatorSqrt();
+  s.massless.rigid_share = roots.root();
   s.massless.omega_closed = std::sqrt(modes.lambda.maxCoeff());
   return least;
 }

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "common/superelement_check.hpp"
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <cmath>
 #include <set>
 #include <string>
 #include <utility>
 
 #include "common/error.hpp"
+#include "common/linalg/dense.hpp"
 #include "common/number_text.hpp"
 #include "common/superelement_extras.hpp"
 
@@ -269,8 +270,7 @@ class Checker {
     require_finite("/rigid_body/inertia", body.inertia);
     require_symmetric("/rigid_body/inertia", body.inertia);
     const double scale = body.inertia.cwiseAbs().maxCoeff();
-    if (Eigen::SelfAdjointEigenSolver<Matrix3>(body.inertia, Eigen::EigenvaluesOnly).eigenvalues().minCoeff() <
-        -symmetry_tolerance * scale) {
+    if (symmetric_eigenvalues3(body.inertia).minCoeff() < -symmetry_tolerance * scale) {
       fail("/rigid_body/inertia", "has a negative moment of inertia");
     }
   }

@@ -1,19 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A superelement's parts against one another: what its coordinates and /rigid_body say of rigid motions, and what its matrices or
 // modes make of them.
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <string>
 
 #include "common/error.hpp"
+#include "common/linalg/dense.hpp"
 #include "common/number_text.hpp"
 #include "common/superelement_check.hpp"
 
 namespace cbr {
 namespace {
-
-using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
 // Far above what reductions of thin parts leave, and the digits that another maker writes; far below a wrong file.
 constexpr double tolerance = 1e-2;
@@ -27,8 +25,7 @@ class RigidCheck {
     R_ = reduced_rigid_modes(s_, s_.rigid_body.center).bottomRows(s_.c());
     // Rotations in units of length
     if (size_ > 0) R_.rightCols(3) /= size_;
-    Eigen::ColPivHouseholderQR<Matrix> qr(R_);
-    qr.setThreshold(1e-6);
+    const PivotedQr qr(R_, 1e-6);
     // Few nodes, or nodes with some of their dofs, do not tell all rigid motions of the component
     is_told_ = std::isfinite(size_) && size_ > 0 && s_.c() == 3 * s_.coordinates.rows() && qr.rank() == 6;
   }
@@ -76,7 +73,7 @@ class RigidCheck {
     const Index r = (frequencies.array() == 0).count();
     const Matrix V_r = V.leftCols(r);
     Matrix E = Matrix::Zero(r, 6);
-    if (r > 0 && V_r.cwiseAbs().maxCoeff() > 0) E = Eigen::ColPivHouseholderQR<Matrix>(V_r).solve(R_);
+    if (r > 0 && V_r.cwiseAbs().maxCoeff() > 0) E = PivotedQr(V_r).solve(R_);
     const double left = (R_ - V_r * E).cwiseAbs().maxCoeff() / R_.cwiseAbs().maxCoeff();
     if (!E.allFinite() || !(left <= tolerance))
       fail(field, "its " + std::to_string(r) + " modes of frequency 0 do not hold the rigid motions of /nodes/coordinates");

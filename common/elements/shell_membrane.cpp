@@ -2,9 +2,9 @@
 // Linear triangle; bilinear quad with Wilson's incompatible modes in Taylor's corrected form (Taylor, Beresford, Wilson 1976, doi
 // 10.1002/nme.1620100602). Both with rotations tied to those of the continuum (Hughes, Brezzi 1989, doi
 // 10.1016/0045-7825(89)90124-2).
-#include <Eigen/Cholesky>
 
 #include "common/elements/shell_plane.hpp"
+#include "common/linalg/dense.hpp"
 
 namespace cbr::shell {
 
@@ -35,8 +35,8 @@ Matrix membrane_stiffness(const Plane& plane, double nu) {
   }
   if (n_incompatible == 0) return K;
   // K_uu - K_ua K_aa^-1 K_au   (12 x 12)
-  const Eigen::LLT<Matrix> llt(K.bottomRightCorner(4, 4));
-  const Matrix Y = llt.matrixL().solve(K.bottomLeftCorner(4, 3 * n));
+  Matrix Y = K.bottomLeftCorner(4, 3 * n);
+  Cholesky(K.bottomRightCorner(4, 4)).solve_lower_in_place(Y);
   return K.topLeftCorner(3 * n, 3 * n) - Y.transpose() * Y;
 }
 

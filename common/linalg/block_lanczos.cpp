@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "common/linalg/block_lanczos.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -9,6 +8,7 @@
 #include <limits>
 
 #include "common/linalg/blas_threads.hpp"
+#include "common/linalg/dense.hpp"
 
 namespace cbr {
 namespace {
@@ -59,12 +59,12 @@ class BlockLanczos {
     R = Matrix::Identity(U.cols(), U.cols());
     for (int pass = 0; pass < 2; ++pass) {
       const Matrix G = U.transpose() * Matrix(M_ * U);
-      const Eigen::LLT<Matrix> llt(G);
-      if (llt.info() != Eigen::Success) return false;
-      const Vector diagonal = Matrix(llt.matrixL()).diagonal();
+      const Cholesky cholesky(G);
+      if (!cholesky.ok()) return false;
+      const Vector diagonal = cholesky.diagonal();
       if (!(diagonal.minCoeff() > 1e-7 * diagonal.maxCoeff())) return false;
-      llt.matrixU().solveInPlace<Eigen::OnTheRight>(U);
-      R = Matrix(llt.matrixU()) * R;
+      cholesky.divide_by_upper(U);
+      R = cholesky.upper() * R;
     }
     return true;
   }

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <lapacke.h>
 
-#include <Eigen/QR>
-
 #include <algorithm>
 #include <cassert>
 #include <utility>
 
 #include "common/linalg/blas_threads.hpp"
+#include "common/linalg/dense.hpp"
 #include "common/linalg/dense_factor.hpp"
 #include "common/linalg/eigenpairs.hpp"
 
@@ -58,14 +57,14 @@ struct Reflectors {
   Matrix Y, T;  // n x r, r x r upper
 
   explicit Reflectors(const Matrix& Q) {
-    const Eigen::HouseholderQR<Matrix> qr(Q);
     const Index r = Q.cols();
-    Y = qr.matrixQR();
+    Reflections reflections = householder_reflections(Q);
+    Y = std::move(reflections.packed);
     Y.triangularView<Eigen::StrictlyUpper>().setZero();
     Y.diagonal().setOnes();
     T = Matrix::Zero(r, r);
     for (Index j = 0; j < r; ++j) {
-      T(j, j) = qr.hCoeffs()(j);
+      T(j, j) = reflections.tau(j);
       T.col(j).head(j) = -T(j, j) * (T.topLeftCorner(j, j) * (Y.leftCols(j).transpose() * Y.col(j)));
     }
   }
@@ -169,8 +168,7 @@ Eigenpairs dense_eigenpairs_beside(Matrix A, Matrix B, const Matrix& R, std::opt
   if (LAPACKE_dsygst(LAPACK_COL_MAJOR, 1, 'L', as_int(n), A.data(), as_int(n), B.data(), as_int(n)) != 0) return failed();
   auto L = B.triangularView<Eigen::Lower>();
   // Q: orthonormal basis of L^T R   (n x r)
-  const Eigen::HouseholderQR<Matrix> qr(L.transpose() * R);
-  const Matrix Q = qr.householderQ() * Matrix::Identity(n, R.cols());
+  const Matrix Q = orthonormal_basis(L.transpose() * R);
   Eigenpairs pairs = dense_eigenpairs_beside(std::move(A), Q, count);
   if (!pairs.converged) return pairs;
   L.transpose().solveInPlace(pairs.Phi);

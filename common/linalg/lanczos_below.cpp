@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "common/linalg/lanczos_below.hpp"
 
-#include <Eigen/Cholesky>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
+
+#include "common/linalg/dense.hpp"
 
 namespace cbr {
 namespace {
@@ -28,13 +28,13 @@ bool orthonormalise(Matrix& U, Matrix& P, Matrix& R) {
   R = Matrix::Identity(U.cols(), U.cols());
   for (int pass = 0; pass < 2; ++pass) {
     const Matrix G = U.transpose() * P;
-    const Eigen::LLT<Matrix> llt(0.5 * (G + G.transpose()));
-    if (llt.info() != Eigen::Success) return false;
-    const Vector diagonal = Matrix(llt.matrixL()).diagonal();
+    const Cholesky cholesky(0.5 * (G + G.transpose()));
+    if (!cholesky.ok()) return false;
+    const Vector diagonal = cholesky.diagonal();
     if (!(diagonal.minCoeff() > 1e-7 * diagonal.maxCoeff())) return false;
-    llt.matrixU().solveInPlace<Eigen::OnTheRight>(U);
-    llt.matrixU().solveInPlace<Eigen::OnTheRight>(P);
-    R = Matrix(llt.matrixU()) * R;
+    cholesky.divide_by_upper(U);
+    cholesky.divide_by_upper(P);
+    R = cholesky.upper() * R;
   }
   return true;
 }

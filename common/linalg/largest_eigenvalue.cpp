@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <cmath>
 #include <random>
 
 #include "common/error.hpp"
+#include "common/linalg/dense.hpp"
 #include "common/linalg/eigenpairs.hpp"
 
 namespace cbr {
@@ -41,10 +41,9 @@ RitzValue largest_ritz_value(const Vector& alpha, const Vector& beta, Index n) {
   if (n > 1) unit = std::max(unit, beta.head(n - 1).cwiseAbs().maxCoeff());
   if (!alpha.head(n).allFinite() || !beta.head(n - 1).allFinite()) return {NAN, NAN};
   if (unit == 0) return {};
-  Eigen::SelfAdjointEigenSolver<Matrix> eigen;
-  eigen.computeFromTridiagonal(alpha.head(n) / unit, beta.head(n - 1) / unit, Eigen::ComputeEigenvectors);
-  if (eigen.info() != Eigen::Success) throw RunError("the largest eigenvalue of a body or a contact was not found");
-  return {unit * eigen.eigenvalues()[n - 1], std::abs(beta[n - 1] * eigen.eigenvectors()(n - 1, n - 1))};
+  const SymmetricEigen eigen = tridiagonal_eigen(alpha.head(n) / unit, beta.head(n - 1) / unit);
+  if (!eigen.converged) throw RunError("the largest eigenvalue of a body or a contact was not found");
+  return {unit * eigen.values[n - 1], std::abs(beta[n - 1] * eigen.vectors(n - 1, n - 1))};
 }
 
 double largest_eigenvalue(Index n, const LinearMap& multiply_K, const LinearMap& solve_M) {

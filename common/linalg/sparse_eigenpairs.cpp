@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <arpack.h>
 
-#include <Eigen/Cholesky>
-
 #include <algorithm>
 #include <array>
 #include <cassert>
@@ -15,6 +13,7 @@
 #include "common/error.hpp"
 #include "common/linalg/blas_threads.hpp"
 #include "common/linalg/block_lanczos.hpp"
+#include "common/linalg/dense.hpp"
 #include "common/linalg/eigenpairs.hpp"
 
 namespace cbr {
@@ -154,9 +153,9 @@ void orthonormalise(const SparseMatrix& M, Matrix& Phi) {
     const Matrix G = Phi.transpose() * M_Phi;
     const double error = (G - Matrix::Identity(G.rows(), G.cols())).cwiseAbs().maxCoeff();
     if (error < orthonormality) return;
-    const Eigen::LLT<Matrix> llt(G);
-    if (llt.info() != Eigen::Success) return;  // seen by the caller's own check; cannot happen with converged vectors
-    llt.matrixU().solveInPlace<Eigen::OnTheRight>(Phi);
+    const Cholesky cholesky(G);
+    if (!cholesky.ok()) return;  // seen by the caller's own check; cannot happen with converged vectors
+    cholesky.divide_by_upper(Phi);
   }
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "common/mesh/face_weights.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
 
 #include <array>
 #include <cmath>

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "common/linalg/dense.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <Eigen/QR>
+
+#include <utility>
+
+namespace cbr {
+
+Cholesky::Cholesky(Matrix A) : L_(std::move(A)), ok_(cholesky_in_place(L_)) {}
+
+Matrix Cholesky::lower() const { return L_.triangularView<Eigen::Lower>(); }
+Matrix Cholesky::upper() const { return L_.adjoint().triangularView<Eigen::Upper>(); }
+
+void Cholesky::solve_in_place(Vector& x) const {
+  L_.triangularView<Eigen::Lower>().solveInPlace(x);
+  L_.adjoint().triangularView<Eigen::Upper>().solveInPlace(x);
+}
+
+void Cholesky::solve_in_place(Eigen::Ref<Matrix> X) const {
+  L_.triangularView<Eigen::Lower>().solveInPlace(X);
+  L_.adjoint().triangularView<Eigen::Upper>().solveInPlace(X);
+}
+
+void Cholesky::solve_lower_in_place(Eigen::Ref<Matrix> X) const { L_.triangularView<Eigen::Lower>().solveInPlace(X); }
+void Cholesky::solve_upper_in_place(Eigen::Ref<Matrix> X) const {
+  L_.adjoint().triangularView<Eigen::Upper>().solveInPlace(X);
+}
+void Cholesky::divide_by_upper(Eigen::Ref<Matrix> X) const { cbr::divide_by_upper(L_, X); }
+Matrix Cholesky::times_upper(const Matrix& B) const { return L_.adjoint().triangularView<Eigen::Upper>() * B; }
+
+bool cholesky_in_place(Eigen::Ref<Matrix> A) { return Eigen::LLT<Eigen::Ref<Matrix>>(A).info() == Eigen::Success; }
+
+void divide_by_upper(const Matrix& L, Eigen::Ref<Matrix> X) {
+  L.adjoint().triangularView<Eigen::Upper>().solveInPlace<Eigen::OnTheRight>(X);
+}
+
+std::optional<Matrix6> small_cholesky(const Matrix6& A) {
+  const Eigen::LLT<Matrix6> factor(A);
+  if (factor.info() != Eigen::Success) return std::nullopt;
+  return Matrix6(factor.matrixL());
+}
+
+Ldlt::Ldlt(const Matrix& A) : factor_(std::make_shared<const Eigen::LDLT<Matrix>>(A)) {}
+Vector Ldlt::solve_vector(const Vector& b) const { return factor_->solve(b); }
+Matrix Ldlt::solve_matrix(const Matrix& B) const { return factor_->solve(B); }
+
+Vector3 solve_symmetric(const Matrix3& A, const Vector3& b) { return A.ldlt().solve(b); }
+
+std::optional<Vector3> solve_semidefinite(const Matrix3& A, const Vector3& b) {
+  const Eigen::LDLT<Matrix3> factor(A);
+  if (factor.info() != Eigen::Success || !factor.isPositive()) return std::nullopt;
+  return Vector3(factor.solve(b));
+}
+
+Lu::Lu(Matrix A) {
+  auto factor = std::make_shared<Eigen::PartialPivLU<Matrix>>();
+  factor->compute(std::move(A));
+  factor_ = std::move(factor);
+}
+double Lu::smallest_pivot() const { return factor_->matrixLU().diagonal().cwiseAbs().minCoeff(); }
+Matrix Lu::inverse() const { return factor_->inverse(); }
+Vector Lu::solve_vector(const Vector& b) const { return factor_->solve(b); }
+Matrix Lu::solve_matrix(const Matrix& B) const { return factor_->solve(B); }
+
+Matrix null_space(const Matrix& A, double threshold) {
+  Eigen::FullPivLU<Matrix> lu(A);
+  lu.setThreshold(threshold);
+  if (lu.dimensionOfKernel() == 0) return Matrix(A.cols(), 0);
+  return lu.kernel();
+}
+
+Reflections householder_reflections(const Matrix& A) {
+  const Eigen::HouseholderQR<Matrix> qr(A);
+  return {qr.matrixQR(), qr.hCoeffs()};
+}
+
+Matrix orthonormal_basis(const Matrix& A) {
+  return Eigen::HouseholderQR<Matrix>(A).householderQ() * Matrix::Identity(A.rows(), A.cols());
+}
+
+Matrix3 orthonormal_axes(const Matrix& A) { return Eigen::HouseholderQR<Matrix>(A).householderQ(); }
+
+PivotedQr::PivotedQr(const Matrix& A) : factor_(std::make_shared<const Eigen::ColPivHouseholderQR<Matrix>>(A)) {}
+
+PivotedQr::PivotedQr(const Matrix& A, double threshold) {
+  auto factor = std::make_shared<Eigen::ColPivHouseholderQR<Matrix>>(A);
+  factor->setThreshold(threshold);
+  factor_ = std::move(factor);
+}
+
+Index PivotedQr::rank() const { return factor_->rank(); }
+Index PivotedQr::column(Index j) const { return factor_->colsPermutation().indices()(j); }
+Matrix PivotedQr::Q() const {
+  const Index m = factor_->rows();
+  return factor_->householderQ() * Matrix::Identity(m, m);
+}
+Matrix3 PivotedQr::axes() const { return factor_->householderQ(); }
+Vector PivotedQr::solve_vector(const Vector& b) const { return factor_->solve(b); }
+Matrix PivotedQr::solve_matrix(const Matrix& B) const { return factor_->solve(B); }
+
+}  // namespace cbr

@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Factorisations and eigenpairs of dense matrices, compiled once. Eigen's decompositions stand behind this header and in no
+// other: a file that instantiates one takes the compiler five to ten seconds (CONTRIBUTING.md, "Build time").
+#pragma once
+
+#include "common/types.hpp"
+
+#include <memory>
+#include <optional>
+#include <type_traits>
+
+namespace cbr {
+
+using Matrix2 = Eigen::Matrix2d;
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+// What solve(b) returns: a Vector for a vector, else a Matrix.
+template <class Derived>
+using DenseSolution = std::conditional_t<Derived::ColsAtCompileTime == 1, Vector, Matrix>;
+
+// A = L L^T of a symmetric positive definite matrix (n x n); the lower triangle is read.
+class Cholesky {
+ public:
+  explicit Cholesky(Matrix A);  // std::move(A) takes no copy
+
+  bool ok() const { return ok_; }  // false: A is not positive definite
+  // n x n: L in the lower triangle; what stands above it is A's.
+  const Matrix& factor() const { return L_; }
+  Vector diagonal() const { return L_.diagonal(); }
+  Matrix lower() const;  // n x n: L, zeros above
+  Matrix upper() const;  // n x n: L^T, zeros below
+
+  void solve_in_place(Vector& x) const;                   // x <- A^-1 x
+  void solve_in_place(Eigen::Ref<Matrix> X) const;        // X <- A^-1 X
+  void solve_lower_in_place(Eigen::Ref<Matrix> X) const;  // X <- L^-1 X
+  void solve_upper_in_place(Eigen::Ref<Matrix> X) const;  // X <- L^-T X
+  void divide_by_upper(Eigen::Ref<Matrix> X) const;       // X <- X L^-T   (m x n)
+  Matrix times_upper(const Matrix& B) const;              // L^T B
+
+  template <class Derived>
+  DenseSolution<Derived> solve(const Eigen::MatrixBase<Derived>& b) const {
+    DenseSolution<Derived> x = b;
+    solve_in_place(x);
+    return x;
+  }
+
+ private:
+  Matrix L_;
+  bool ok_ = false;
+};
+
+// A = L L^T within a matrix: the lower triangle is read and becomes L. False when A is not positive definite.
+bool cholesky_in_place(Eigen::Ref<Matrix> A);
+// X <- X L^-T   (m x n); of L (n x n) the lower triangle is read.
+void divide_by_upper(const Matrix& L, Eigen::Ref<Matrix> X);
+// L of a 6 x 6 matrix, zeros above; nothing when it is not positive definite.
+std::optional<Matrix6> small_cholesky(const Matrix6& A);
+
+// A = P^T L D L^T P of a symmetric matrix (n x n) without pivots of both signs; the lower triangle is read.
+class Ldlt {
+ public:
+  explicit Ldlt(const Matrix& A);
+
+  Vector solve_vector(const Vector& b) const;  // A^-1 b
+  Matrix solve_matrix(const Matrix& B) const;  // A^-1 B
+
+  template <class Derived>
+  DenseSolution<Derived> solve(const Eigen::MatrixBase<Derived>& b) const {
+    if constexpr (Derived::ColsAtCompileTime == 1) return solve_vector(b);
+    else return solve_matrix(b);
+  }
+
+ private:
+  std::shared_ptr<const Eigen::LDLT<Matrix>> factor_;
+};
+
+// A^-1 b by L D L^T.
+Vector3 solve_symmetric(const Matrix3& A, const Vector3& b);
+// The same where A is positive semi-definite; else nothing.
+std::optional<Vector3> solve_semidefinite(const Matrix3& A, const Vector3& b);
+
+// P A = L U of a square matrix (n x n).
+class Lu {
+ public:
+  explicit Lu(Matrix A);  // std::move(A) takes no copy
+
+  double smallest_pivot() const;  // the least |U_ii|
+  Matrix inverse() const;         // A^-1
+  Vector solve_vector(const Vector& b) const;  // A^-1 b
+  Matrix solve_matrix(const Matrix& B) const;  // A^-1 B
+
+  template <class Derived>
+  DenseSolution<Derived> solve(const Eigen::MatrixBase<Derived>& b) const {
+    if constexpr (Derived::ColsAtCompileTime == 1) return solve_vector(b);
+    else return solve_matrix(b);
+  }
+
+ private:
+  std::shared_ptr<const Eigen::PartialPivLU<Matrix>> factor_;
+};
+
+// A basis of what A (m x n) maps to zero: n x dimension. Pivots up to `threshold` times the largest count as zero.
+Matrix null_space(const Matrix& A, double threshold);
+
+// A = Q R by Householder's reflections, without pivots.
+struct Reflections {
+  Matrix packed;  // m x n: R in the upper triangle, below it the reflections
+  Vector tau;     // min(m, n)
+};
+Reflections householder_reflections(const Matrix& A);
+// The first n columns of Q for A of m x n: an orthonormal basis of its columns when they are independent.
+Matrix orthonormal_basis(const Matrix& A);
+// All of Q for A of 3 x n: the first axis is that of the first column.
+Matrix3 orthonormal_axes(const Matrix& A);
+
+// A P = Q R of any matrix (m x n), the largest column first.
+class PivotedQr {
+ public:
+  explicit PivotedQr(const Matrix& A);  // threshold: round-off times min(m, n)
+  PivotedQr(const Matrix& A, double threshold);
+
+  Index rank() const;           // pivots up to the threshold times the largest count as zero
+  Index column(Index j) const;  // which column of A has the j-th pivot
+  Matrix Q() const;             // m x m
+  Matrix3 axes() const;         // Q for m = 3
+  // The x of least |A x - b|, n x (columns of b), with zeros for columns without a pivot. Every pivot but 0 counts here.
+  Vector solve_vector(const Vector& b) const;
+  Matrix solve_matrix(const Matrix& B) const;
+
+  template <class Derived>
+  DenseSolution<Derived> solve(const Eigen::MatrixBase<Derived>& b) const {
+    if constexpr (Derived::ColsAtCompileTime == 1) return solve_vector(b);
+    else return solve_matrix(b);
+  }
+
+ private:
+  std::shared_ptr<const Eigen::ColPivHouseholderQR<Matrix>> factor_;
+};
+
+// A = V diag(values) V^T of a symmetric matrix (n x n), ascending; the lower triangle is read.
+struct SymmetricEigen {
+  Vector values;
+  Matrix vectors;
+  bool converged = true;
+
+  Matrix root() const;          // A^1/2, symmetric
+  Matrix inverse_root() const;  // A^-1/2, symmetric
+};
+SymmetricEigen symmetric_eigen(const Matrix& A);
+Vector symmetric_eigenvalues(const Matrix& A);
+// Of the tridiagonal matrix with this diagonal (n) and what stands beside it (n - 1).
+SymmetricEigen tridiagonal_eigen(const Vector& diagonal, const Vector& beside);
+// K v = lambda M v with V^T M V = I, M positive definite.
+SymmetricEigen generalized_eigen(const Matrix& K, const Matrix& M);
+Vector generalized_eigenvalues(const Matrix& K, const Matrix& M);
+
+// The same of 3 x 3 matrices, and of 2 x 2 ones in closed form.
+struct SymmetricEigen3 {
+  Vector3 values;
+  Matrix3 vectors;
+};
+SymmetricEigen3 symmetric_eigen3(const Matrix3& A);
+Vector3 symmetric_eigenvalues3(const Matrix3& A);
+struct SymmetricEigen2 {
+  Eigen::Vector2d values;
+  Matrix2 vectors;
+};
+SymmetricEigen2 symmetric_eigen2(const Matrix2& A);
+
+// A = U diag(values) V^T of any matrix (m x n), descending.
+struct RightSingular {
+  Vector values;  // min(m, n)
+  Matrix V;       // n x min(m, n)
+};
+RightSingular right_singular(const Matrix& A);
+
+}  // namespace cbr
