@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "reducer/accuracy.hpp"
 
-#include <Eigen/Dense>
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <utility>
 
+#include "common/linalg/dense.hpp"
 #include "common/linalg/dense_factor.hpp"
 #include "common/linalg/eigenpairs.hpp"
 #include "common/mesh/face_weights.hpp"
@@ -75,12 +74,11 @@ Matrix pressure_motions(const Superelement& s, const std::vector<const Surface*>
   for (Index j = 0; j < F.cols(); ++j) F.col(j) = normals_on_dofs(s, *surfaces[j]);
   // F <- F - M_cc R (R^T M_cc R)^-1 R^T F
   const Matrix MR = s.M_cc * R;
-  const Eigen::LDLT<Matrix> mass_of_rigid(R.transpose() * MR);
+  const Ldlt mass_of_rigid(R.transpose() * MR);
   F -= MR * mass_of_rigid.solve(R.transpose() * F);
-  Matrix K = hold_rigid_motions(s.K_cc, R).K;
-  const Eigen::LLT<Eigen::Ref<Matrix>> llt(K);  // in place
-  if (llt.info() != Eigen::Success) return Matrix(s.c(), 0);
-  Matrix W = llt.solve(F);
+  const Cholesky cholesky(hold_rigid_motions(s.K_cc, R).K);
+  if (!cholesky.ok()) return Matrix(s.c(), 0);
+  Matrix W = cholesky.solve(F);
   // No rigid motion in it, in the mass, whatever the mesh: W <- W - R (R^T M_cc R)^-1 R^T M_cc W
   W -= R * mass_of_rigid.solve(MR.transpose() * W);
   return W;
@@ -122,18 +120,18 @@ StrainLeftOut strain_left_out(const InterfaceMotions& motions, const Matrix& D) 
   // D x = share E x on the rigid motions, by E = S (Q diag(e) Q^T) S
   const Vector inverse = scale.head(r).unaryExpr([](double v) { return v > 0 ? 1 / v : 0.0; });
   const Matrix E = inverse.asDiagonal() * motions.E.topLeftCorner(r, r) * inverse.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Matrix> whole(E);
-  const Vector& e = whole.eigenvalues();
+  const SymmetricEigen whole = symmetric_eigen(E);
+  const Vector& e = whole.values;
   std::vector<Index> kept;
   for (Index j = 0; j < r; ++j)
     if (e(j) > no_strain * e(r - 1) && e(j) > 0) kept.push_back(j);
   if (kept.empty()) return left;
   const Vector root = Vector(e(kept)).cwiseSqrt().cwiseInverse();
-  const Matrix T = inverse.asDiagonal() * Matrix(whole.eigenvectors()(Eigen::all, kept)) * root.asDiagonal();
+  const Matrix T = inverse.asDiagonal() * Matrix(whole.vectors(Eigen::all, kept)) * root.asDiagonal();
   const Matrix share = T.transpose() * D.topLeftCorner(r, r) * T;
-  const Eigen::SelfAdjointEigenSolver<Matrix> shares(share);
-  left.largest = std::max(0.0, shares.eigenvalues()(T.cols() - 1));
-  left.worst = T * shares.eigenvectors().col(T.cols() - 1);
+  const SymmetricEigen shares = symmetric_eigen(share);
+  left.largest = std::max(0.0, shares.values(T.cols() - 1));
+  left.worst = T * shares.vectors.col(T.cols() - 1);
   return left;
 }
 
@@ -162,9 +160,9 @@ double impact_share(const Superelement& s, const Matrix& L, const Surface& surfa
   const Vector stopped = G.transpose() * r;
   // W = G M_res^-1 G^T by L^-1 G^T   (nodes x nodes)
   L.triangularView<Eigen::Lower>().solveInPlace(G);
-  const Eigen::LLT<Matrix> W(G.transpose() * G);
+  const Cholesky W(G.transpose() * G);
   const double energy = r.dot(s.M_cc * r);
-  if (W.info() != Eigen::Success || !(energy > 0)) return 0;
+  if (!W.ok() || !(energy > 0)) return 0;
   return stopped.dot(W.solve(stopped)) / energy;
 }
 

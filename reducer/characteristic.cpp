@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "reducer/characteristic.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <string>
 #include <utility>
 
 #include "common/error.hpp"
+#include "common/linalg/dense.hpp"
 #include "common/linalg/dense_factor.hpp"
 #include "common/linalg/eigenpairs.hpp"
 #include "reducer/diagonal_form.hpp"
@@ -87,10 +88,10 @@ Matrix shapes_of_all(const Superelement& s, Index modes, const Matrix& R, Charac
 
 // Psi + (R_b - Psi R_a) R_a^+: what K_bb^-1 makes of rigid motions R   (c x r) is right but for round-off.
 void follow_rigid_motions(const Matrix& R_a, const Matrix& R_b, Matrix& Psi) {
-  const Eigen::ColPivHouseholderQR<Matrix> qr(R_a);
+  const PivotedQr qr(R_a);
   if (qr.rank() < R_a.cols()) return;
   const Matrix missing = R_b - Psi * R_a;
-  Psi.noalias() += missing * qr.solve(Matrix(Matrix::Identity(R_a.rows(), R_a.rows())));
+  Psi.noalias() += missing * qr.solve(Matrix::Identity(R_a.rows(), R_a.rows()));
 }
 
 // Of what is not kept, as Craig-Bampton's interior of the interface: [I 0; -K_bb^-1 K_ba X], K_bb X = M_bb X mu   (c x (a + modes))
@@ -155,9 +156,8 @@ class Statics {
     Matrix K = T.transpose() * (s_.K_cc * T);
     const Matrix NT = held_.N.transpose() * T;
     K.noalias() += held_.scale * NT.transpose() * NT;
-    const Eigen::LDLT<Matrix> factor(K);
     const Matrix F = T.transpose() * f;
-    return F.transpose() * factor.solve(F);
+    return F.transpose() * Ldlt(K).solve(F);
   }
 
  private:
@@ -211,8 +211,8 @@ void add_patterns(const Surface& surface, const CharacteristicOptions& options, 
   if (n_uniform < step) {
     // The directions that the shapes lack most of, as those of the mesh's axes would make the basis depend on these
     const Matrix left = uniform.transpose() * compliance_left(statics, all, T, f) * uniform;
-    const Eigen::SelfAdjointEigenSolver<Matrix> directions(left);
-    uniform = (uniform * directions.eigenvectors().rightCols(n_uniform)).eval();
+    const Matrix directions = symmetric_eigen(left).vectors;
+    uniform = (uniform * directions.rightCols(n_uniform)).eval();
   }
   Index kept = append(s.M_cc, Y * uniform, T);
   if (others > 0) {
@@ -242,7 +242,7 @@ Superelement in_shapes(const Superelement& s, const Matrix& T) {
 
 // Coordinates of the rigid motions R_c (c x r) in the shapes: T y = R_c
 Matrix in_span(const Matrix& T, const Matrix& R_c) {
-  const Matrix y = Eigen::ColPivHouseholderQR<Matrix>(T).solve(R_c);
+  const Matrix y = PivotedQr(T).solve(R_c);
   if ((T * y - R_c).norm() > rigid_tolerance * R_c.norm()) throw RunError("the interface's shapes do not hold its rigid motions");
   return y;
 }
@@ -300,7 +300,7 @@ CharacteristicFigures make_characteristic(const CharacteristicOptions& options, 
   s.eigenvalues = t.omega.cwiseAbs2();
   s.characteristic.V.noalias() = T * t.V.bottomRows(T.cols());
   // The rigid ones, t.V = y X, are R X: T y is R but for round-off
-  const Matrix X = Eigen::ColPivHouseholderQR<Matrix>(y).solve(Matrix(t.V.bottomLeftCorner(T.cols(), R.cols())));
+  const Matrix X = PivotedQr(y).solve(t.V.bottomLeftCorner(T.cols(), R.cols()));
   s.characteristic.V.leftCols(R.cols()).noalias() = R * X;
   for (auto& recovery : s.recovery) {
     Matrix Phi = Matrix::Zero(recovery.Phi.rows(), n);

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "reducer/condition.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/QR>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,6 +8,7 @@
 #include "common/error.hpp"
 #include "common/format_text.hpp"
 #include "common/linalg/blas_threads.hpp"
+#include "common/linalg/dense.hpp"
 
 namespace cbr {
 namespace {
@@ -116,15 +114,15 @@ ConditionNumbers reduced_mass_condition(const Superelement& s) {
   if (n == 0) return {};
   Matrix M_res = s.M_cc;
   if (k > 0) M_res.noalias() -= s.M_kc.transpose() * s.M_kc;
-  const Eigen::LLT<Eigen::Ref<Matrix>> cholesky(M_res);  // in place
+  const Cholesky cholesky(std::move(M_res));
   const double infinite = std::numeric_limits<double>::infinity();
-  if (cholesky.info() != Eigen::Success) return {infinite, infinite};
+  if (!cholesky.ok()) return {infinite, infinite};
   // M^-1 [a; b]: y_c = M_res^-1 (b - M_kc^T a), y_k = a - M_kc y_c
   const auto solve = [&](Vector& x) {
     if (c == 0) return;
     Vector y = x.tail(c);
     if (k > 0) y.noalias() -= s.M_kc.transpose() * x.head(k);
-    y = cholesky.solve(y);
+    cholesky.solve_in_place(y);
     if (k > 0) x.head(k).noalias() -= s.M_kc * y;
     x.tail(c) = y;
   };
@@ -188,16 +186,16 @@ SoftestMotion softest_motion(Matrix K, const Matrix& R) {
   const Vector D = K.diagonal().unaryExpr([&](double d) { return 1 / std::sqrt(d > 0 ? d : largest); });
   K = D.asDiagonal() * K * D.asDiagonal();
   // The rigid motions held by springs of the size of its diagonal; what then is soft still is another motion
-  const Matrix Q = Eigen::HouseholderQR<Matrix>(D.cwiseInverse().asDiagonal() * R).householderQ() * Matrix::Identity(n, R.cols());
+  const Matrix Q = orthonormal_basis(D.cwiseInverse().asDiagonal() * R);
   const Matrix scaled = K;
   K.noalias() += Q * Q.transpose();
   K.diagonal().array() += no_singularity;
-  const Eigen::LLT<Eigen::Ref<Matrix>> cholesky(K);  // in place
-  if (cholesky.info() != Eigen::Success) return {};
+  const Cholesky cholesky(std::move(K));
+  if (!cholesky.ok()) return {};
   Vector x = random_signs(n).normalized();
   for (int i = 0; i < 3; ++i) {
     x -= Q * (Q.transpose() * x);
-    x = cholesky.solve(x);
+    cholesky.solve_in_place(x);
     x.normalize();
   }
   x -= Q * (Q.transpose() * x);

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "reducer/diagonal_form.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -10,6 +8,7 @@
 #include <utility>
 
 #include "common/error.hpp"
+#include "common/linalg/dense.hpp"
 #include "common/linalg/eigenpairs.hpp"
 
 namespace cbr {
@@ -33,19 +32,19 @@ Eigenpairs reduced_eigenpairs(const Superelement& s, const Matrix& R, std::optio
   const Index k = s.k(), c = s.c(), n = s.n();
   Matrix L = s.M_cc;
   if (k > 0) L.noalias() -= s.M_kc.transpose() * s.M_kc;
-  const Eigen::LLT<Eigen::Ref<Matrix>> cholesky(L);  // in place
-  if (cholesky.info() != Eigen::Success) return {};
+  const Cholesky cholesky(std::move(L));
+  if (!cholesky.ok()) return {};
   // B = M_kc L^-T   (k x c)
   Matrix B = s.M_kc;
-  if (k > 0 && c > 0) cholesky.matrixU().solveInPlace<Eigen::OnTheRight>(B);
+  if (k > 0 && c > 0) cholesky.divide_by_upper(B);
   Matrix A(n, n);  // lower triangle
   A.topLeftCorner(k, k).setZero();
   A.diagonal().head(k) = s.eigenvalues;
   if (c > 0) {
     // L^-1 K_cc L^-T + B^T Lambda B   (c x c)
     Matrix D = s.K_cc;
-    cholesky.matrixL().solveInPlace(D);
-    cholesky.matrixU().solveInPlace<Eigen::OnTheRight>(D);
+    cholesky.solve_lower_in_place(D);
+    cholesky.divide_by_upper(D);
     A.bottomLeftCorner(c, k).noalias() = -(B.transpose() * s.eigenvalues.asDiagonal());
     if (k > 0) D.noalias() -= A.bottomLeftCorner(c, k) * B;
     A.bottomRightCorner(c, c) = D;
@@ -53,12 +52,12 @@ Eigenpairs reduced_eigenpairs(const Superelement& s, const Matrix& R, std::optio
   // T^-1 R = [M_kc R_c; L^T R_c]   (n x r)
   Matrix Q(n, R.cols());
   if (k > 0 && Q.cols() > 0) Q.topRows(k) = s.M_kc * R.bottomRows(c);
-  if (Q.cols() > 0) Q.bottomRows(c) = cholesky.matrixU() * R.bottomRows(c);
+  if (Q.cols() > 0) Q.bottomRows(c) = cholesky.times_upper(R.bottomRows(c));
   Eigenpairs pairs = dense_eigenpairs_beside(std::move(A), Q, count);
   if (!pairs.converged || c == 0) return pairs;
   // V = T Z: V_c = L^-T Z_c, V_k = Z_k - M_kc V_c   (n x count)
   auto V_c = pairs.Phi.bottomRows(c);
-  cholesky.matrixU().solveInPlace(V_c);
+  cholesky.solve_upper_in_place(V_c);
   if (k > 0) pairs.Phi.topRows(k).noalias() -= s.M_kc * V_c;
   fix_signs(pairs.Phi);
   return pairs;

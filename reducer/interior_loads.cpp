@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "reducer/interior_loads.hpp"
 
-#include <Eigen/Dense>
-
 #include <algorithm>
 #include <cmath>
 
 #include "common/error.hpp"
+#include "common/linalg/dense.hpp"
 #include "common/linalg/eigenpairs.hpp"
 #include "common/mesh/face_weights.hpp"
 #include "common/mesh/surface.hpp"
@@ -106,18 +105,18 @@ Index add_residual_vectors(const Partition& p, const SparseCholesky& factor, con
   Matrix K = X.transpose() * F * scale.asDiagonal();
   K = 0.5 * (K + K.transpose()).eval();
   // Independent directions in energy: K = U diag(e) U^T
-  const Eigen::SelfAdjointEigenSolver<Matrix> independent(K);
+  const SymmetricEigen independent = symmetric_eigen(K);
   std::vector<Index> kept;
   for (Index j = 0; j < K.cols(); ++j)
-    if (independent.eigenvalues()(j) > round_off) kept.push_back(j);
+    if (independent.values(j) > round_off) kept.push_back(j);
   if (kept.empty()) return 0;
-  const Vector root = Vector(independent.eigenvalues()(kept)).cwiseSqrt().cwiseInverse();
-  const Matrix T = Matrix(independent.eigenvectors()(Eigen::all, kept)) * root.asDiagonal();
+  const Vector root = Vector(independent.values(kept)).cwiseSqrt().cwiseInverse();
+  const Matrix T = Matrix(independent.vectors(Eigen::all, kept)) * root.asDiagonal();
   X = X * T;  // X^T K_II X = I
   const Matrix M = X.transpose() * Matrix(p.M_II * X);
-  const Eigen::SelfAdjointEigenSolver<Matrix> ritz(M);
-  const Vector mu = ritz.eigenvalues().reverse();  // 1 / lambda, lambda ascending
-  Matrix more = X * Matrix(ritz.eigenvectors().rowwise().reverse()) * Matrix(mu.cwiseSqrt().cwiseInverse().asDiagonal());
+  const SymmetricEigen ritz = symmetric_eigen(M);
+  const Vector mu = ritz.values.reverse();  // 1 / lambda, lambda ascending
+  Matrix more = X * Matrix(ritz.vectors.rowwise().reverse()) * Matrix(mu.cwiseSqrt().cwiseInverse().asDiagonal());
   fix_signs(more);
   const Index r = more.cols();
   modes.lambda.conservativeResize(k + r);

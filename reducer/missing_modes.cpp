@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "reducer/missing_modes.hpp"
 
-#include <Eigen/Eigenvalues>
-
 #include <algorithm>
 #include <cmath>
 
 #include "common/linalg/blas_threads.hpp"
+#include "common/linalg/dense.hpp"
 
 namespace cbr {
 namespace {
@@ -24,15 +23,11 @@ class Reduced {
     while (m_ < lambda.size() && lambda(m_) <= far * lambda(number)) ++m_;
   }
 
-  double eigenvalue(double sigma) const {
-    const Eigen::SelfAdjointEigenSolver<Matrix> pairs(at(sigma), Eigen::EigenvaluesOnly);
-    return pairs.eigenvalues()(number_);
-  }
+  double eigenvalue(double sigma) const { return symmetric_eigenvalues(at(sigma))(number_); }
 
   Vector eigenvector(double sigma) const {
-    const Eigen::SelfAdjointEigenSolver<Matrix> pairs(at(sigma));
     Vector z = Vector::Zero(lambda_.size());
-    z.head(m_) = pairs.eigenvectors().col(number_);
+    z.head(m_) = symmetric_eigen(at(sigma)).vectors.col(number_);
     return z;
   }
 

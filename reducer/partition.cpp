@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "reducer/partition.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <numeric>
 #include <string>
 
 #include "common/connected_parts.hpp"
 #include "common/error.hpp"
+#include "common/linalg/dense.hpp"
 
 namespace cbr {
 namespace {
@@ -63,9 +63,7 @@ Index rank_on_interface(const Mesh& mesh, const FiniteElementModel& model, const
   }
   Points x(static_cast<Index>(part.interface.size()), 3);
   for (Index i = 0; i < x.rows(); ++i) x.row(i) = (position(part.interface[static_cast<std::size_t>(i)]) - center) / size;
-  Eigen::ColPivHouseholderQR<Matrix> qr(rigid_modes(x, Vector3::Zero()));
-  qr.setThreshold(collinear);
-  return qr.rank();
+  return PivotedQr(rigid_modes(x, Vector3::Zero()), collinear).rank();
 }
 
 // "; node id 28 of block 'a' and node id 3 of block 'b' are at the same place: ...", or "": a node of the part and one of another

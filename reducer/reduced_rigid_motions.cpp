@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "reducer/reduced_rigid_motions.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/QR>
-
 #include <algorithm>
 #include <string>
 
 #include "common/error.hpp"
+#include "common/linalg/dense.hpp"
 
 namespace cbr {
 
@@ -35,9 +33,8 @@ Matrix rigid_motions_of_parts(const Superelement& s, const std::vector<Index>& p
         R.row(s.k() + i) = all.row(3 * s.dof_node[static_cast<std::size_t>(i)] + s.dof_component[static_cast<std::size_t>(i)]);
     }
     // A part that is all interface may be as small as one node of a mechanism: only independent motions count.
-    Eigen::ColPivHouseholderQR<Matrix> qr(R);
-    qr.setThreshold(1e-10);
-    for (Index j = 0; j < qr.rank(); ++j) columns.emplace_back(R.col(qr.colsPermutation().indices()(j)));
+    const PivotedQr qr(R, 1e-10);
+    for (Index j = 0; j < qr.rank(); ++j) columns.emplace_back(R.col(qr.column(j)));
   }
   Matrix R(s.n(), static_cast<Index>(columns.size()));
   for (Index j = 0; j < R.cols(); ++j) R.col(j) = columns[static_cast<std::size_t>(j)];
@@ -46,9 +43,9 @@ Matrix rigid_motions_of_parts(const Superelement& s, const std::vector<Index>& p
 
 void orthonormalise(const std::function<Matrix(const Matrix&)>& times_M, Matrix& X, const char* what) {
   for (int pass = 0; pass < 2; ++pass) {
-    const Eigen::LLT<Matrix> llt(X.transpose() * times_M(X));
-    if (llt.info() != Eigen::Success) throw RunError("the mass of " + std::string(what) + " is not positive definite");
-    llt.matrixU().solveInPlace<Eigen::OnTheRight>(X);
+    const Cholesky cholesky(X.transpose() * times_M(X));
+    if (!cholesky.ok()) throw RunError("the mass of " + std::string(what) + " is not positive definite");
+    cholesky.divide_by_upper(X);
   }
 }
 
@@ -57,8 +54,7 @@ void orthonormalise(const Matrix& M, Matrix& X, const char* what) {
 }
 
 HeldStiffness hold_rigid_motions(const Matrix& K_cc, const Matrix& R) {
-  HeldStiffness held{K_cc, Eigen::HouseholderQR<Matrix>(R).householderQ() * Matrix::Identity(R.rows(), R.cols()),
-                     K_cc.diagonal().mean()};
+  HeldStiffness held{K_cc, orthonormal_basis(R), K_cc.diagonal().mean()};
   held.K.noalias() += held.scale * held.N * held.N.transpose();
   return held;
 }

@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "reducer/rigid_motions.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
-#include <Eigen/QR>
-
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -12,6 +8,7 @@
 #include "common/assembly.hpp"
 #include "common/error.hpp"
 #include "common/format_text.hpp"
+#include "common/linalg/dense.hpp"
 #include "common/linalg/dense_factor.hpp"
 #include "reducer/condition.hpp"
 #include "reducer/partition.hpp"
@@ -81,9 +78,10 @@ void orthonormalise(RigidMotions& rigid) {
     const SparseMatrix M = SparseMatrix(rigid.R_I.transpose()) * rigid.P_I + SparseMatrix(rigid.R_C.transpose()) * rigid.P_C;
     std::vector<Matrix> blocks;
     for (Index first = 0; first < rigid.count(); first += 6) {
-      const Eigen::LLT<Matrix> llt(Matrix(M.middleCols(first, 6)).middleRows(first, 6));
-      if (llt.info() != Eigen::Success) throw RunError("the mass of the rigid motions is not positive definite");
-      blocks.push_back(llt.matrixU().solve(Matrix(Matrix::Identity(6, 6))));
+      const Cholesky cholesky(Matrix(M.middleCols(first, 6)).middleRows(first, 6));
+      if (!cholesky.ok()) throw RunError("the mass of the rigid motions is not positive definite");
+      blocks.emplace_back(Matrix::Identity(6, 6));
+      cholesky.solve_upper_in_place(blocks.back());
     }
     const SparseMatrix T = block_diagonal(blocks);
     for (SparseMatrix* A : {&rigid.R_I, &rigid.R_C, &rigid.P_I, &rigid.P_C}) *A = SparseMatrix(*A * T);
@@ -113,7 +111,7 @@ SparseMatrix orthonormal(const SparseMatrix& R_C) {
     std::sort(rows.begin(), rows.end());
     rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
     const Matrix R = Matrix(R_C.middleCols(first, 6))(rows, Eigen::all);
-    const Matrix N = Eigen::HouseholderQR<Matrix>(R).householderQ() * Matrix::Identity(R.rows(), 6);
+    const Matrix N = orthonormal_basis(R);
     for (std::size_t i = 0; i < rows.size(); ++i)
       for (Index j = 0; j < 6; ++j) triplets.emplace_back(first + j, rows[i], N(static_cast<Index>(i), j));
   }
@@ -147,9 +145,7 @@ RigidMotions rigid_motions(const Partition& p, const Points& x_I, const std::vec
     if (part.interior.empty() || part.interface.empty()) continue;
     const Matrix R = motions_of(part, x_I, x_C);
     const auto n_inside = 3 * static_cast<Index>(part.interior.size());
-    Eigen::ColPivHouseholderQR<Matrix> qr(R.bottomRows(R.rows() - n_inside));
-    qr.setThreshold(independent);
-    if (qr.rank() < 6) continue;
+    if (PivotedQr(R.bottomRows(R.rows() - n_inside), independent).rank() < 6) continue;
     add_rows(R.topRows(n_inside), part.interior, first_I, r, inside);
     add_rows(R.bottomRows(R.rows() - n_inside), part.interface, 0, r, on_interface);
     r += 6;
