@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/bodies/characteristic_form.hpp"
 
-#include <Eigen/Dense>
-
 #include "common/error.hpp"
+#include "common/linalg/dense.hpp"
 #include "common/linalg/eigenpairs.hpp"
 
 namespace cbr {
@@ -25,7 +24,7 @@ DiagonalForm form_of_modes(const Superelement& s, const Matrix& V_c, const std::
   const Vector scales = rigid_scales(s.rigid_body);
   const Matrix V_r = V_c.leftCols(r), R_s = R * scales.asDiagonal();
   Matrix E_s = Matrix::Zero(s.k(), 6);
-  if (r > 0) E_s.topRows(r) = Eigen::ColPivHouseholderQR<Matrix>(V_r).solve(R_s);
+  if (r > 0) E_s.topRows(r) = PivotedQr(V_r).solve(R_s);
   Matrix mass = Matrix::Zero(6, 6);
   mass.topLeftCorner(3, 3).diagonal().setConstant(s.rigid_body.mass);
   mass.bottomRightCorner(3, 3) = s.rigid_body.inertia;
@@ -36,10 +35,11 @@ DiagonalForm form_of_modes(const Superelement& s, const Matrix& V_c, const std::
       differ([](const Matrix& A) { return Matrix(A.bottomRightCorner(3, 3)); }))
     throw InputError(where + ": the rigid modes in " + dataset + " do not agree with /rigid_body and /nodes/coordinates to 1e-6");
   // E^T E = R^T M R to the last digit: E <- E L_f^-T L^T
-  const Eigen::LLT<Matrix> whole(mass), own(found);
-  if (whole.info() == Eigen::Success && own.info() == Eigen::Success) {
-    own.matrixU().solveInPlace<Eigen::OnTheRight>(E_s);
-    E_s = (E_s * Matrix(whole.matrixU())).eval();
+  const Cholesky whole(mass);
+  const Cholesky own(found);
+  if (whole.ok() && own.ok()) {
+    own.divide_by_upper(E_s);
+    E_s = (E_s * whole.upper()).eval();
   }
   form.E = E_s * scales.cwiseInverse().asDiagonal();
   return form;
@@ -60,19 +60,18 @@ DiagonalForm held_characteristic_form(const Superelement& s, const std::vector<H
       if (const Index row = rows(held[i].node, d); row >= 0) C.row(i) += held[i].direction[d] * free.V.row(row);
     C.row(i).normalize();
   }
-  Eigen::ColPivHouseholderQR<Matrix> qr(C.transpose());
-  qr.setThreshold(least_pivot);
+  const PivotedQr qr(C.transpose(), least_pivot);
   const Index r = qr.rank(), n = k - r;
   if (r < C.rows())
     throw InputError(where + ": basis characteristic has no coordinate for each of the " + std::to_string(C.rows()) +
                      " displacements that are held, so that more than these would be: name the held nodes under "
                      "characteristic.keep, or use basis: craig-bampton");
   // q = Z y, an orthonormal basis of what is free   (k x n)
-  const Matrix Z = (qr.householderQ() * Matrix::Identity(k, k)).rightCols(n);
+  const Matrix Z = qr.Q().rightCols(n);
   const Matrix K = Z.transpose() * free.omega.cwiseAbs2().asDiagonal() * Z;
   const Matrix N = free_rigid_motions(reduced_rigid_modes(s, s.rigid_body.center), s.rigid_body, rows, held);
   Matrix Q = Z.transpose() * (free.E * N);
-  if (Q.cols() > 0) Q = (Eigen::HouseholderQR<Matrix>(Q).householderQ() * Matrix::Identity(n, Q.cols())).eval();
+  if (Q.cols() > 0) Q = orthonormal_basis(Q);
   const Eigenpairs pairs = dense_eigenpairs_beside(K, Q);
   if (!pairs.converged) throw RunError(where + ": the modes of the held superelement could not be found");
   DiagonalForm form;

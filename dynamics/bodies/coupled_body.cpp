@@ -2,10 +2,10 @@
 // How a coupled body is advanced.
 #include "dynamics/bodies/coupled_body.hpp"
 
-#include <Eigen/Dense>
-
 #include <cassert>
 #include <utility>
+
+#include "common/linalg/dense.hpp"
 
 namespace cbr {
 
@@ -147,12 +147,10 @@ Vector3 CoupledBody::add_velocities(Index set, const Points& velocities, const V
     system_->drop_held(uniform);
     all.col(a) = uniform;
   }
-  const Eigen::LDLT<Matrix3> mass(placement_.T * (MR.transpose() * all));
-  Vector3 extra = Vector3::Zero();
-  if (mass.info() == Eigen::Success && mass.isPositive()) {
-    extra = mass.solve(momentum - placement_.T * (MR.transpose() * dv));
-    dv += all * extra;
-  }
+  const Matrix3 mass = placement_.T * (MR.transpose() * all);
+  const Vector3 missing = momentum - placement_.T * (MR.transpose() * dv);
+  const Vector3 extra = solve_semidefinite(mass, missing).value_or(Vector3::Zero());
+  dv += all * extra;
   system_->multiply_mass(dv, work_vector_);
   system_->drop_held(work_vector_);
   if (!velocity_kicked_) velocity_kick_.setZero();

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What a coupled body answers about itself: positions, response, masses, momentum, energy.
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
 
 #include <cassert>
 #include <cmath>
 #include <utility>
 
+#include "common/linalg/dense.hpp"
 #include "dynamics/bodies/coupled_body.hpp"
 
 namespace cbr {
@@ -139,7 +141,7 @@ BodyState CoupledBody::state() const {
   state.momentum = T * rate.head<3>();
   // A rotation is a pseudo-vector: a mirror changes its sign.
   state.angular_momentum = T.determinant() * (T * rate.tail<3>()) + state.center_of_mass.cross(state.momentum);
-  state.rotation = rigid.inertia.ldlt().solve(moment.tail<3>()).norm();
+  state.rotation = solve_symmetric(rigid.inertia, moment.tail<3>()).norm();
   if (!std::isfinite(state.rotation)) state.rotation = 0;
   if (scheme_ == Scheme::central_difference) {
     // 1/2 v- M v+ with v+ of the internal forces alone: what leapfrog conserves together with the strain energy

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A coupled model made dense: its diagonal form.
-#include <Eigen/Dense>
 
 #include <utility>
 
 #include "common/error.hpp"
+#include "common/linalg/dense.hpp"
 #include "common/linalg/eigenpairs.hpp"
 #include "dynamics/bodies/coupled_model.hpp"
 
@@ -78,7 +78,7 @@ DiagonalForm diagonal_form(const CoupledModel& model, const std::vector<HeldDire
   IndexTable rows(model.coordinates.rows(), 3);
   for (Index i = 0; i < rows.size(); ++i) rows.data()[i] = n_modal + i;
   Matrix N = free_rigid_motions(R, model.rigid_body, rows, held, resisted);
-  if (N.cols() > 0 && Eigen::ColPivHouseholderQR<Matrix>((R * N).colwise().normalized()).rank() < N.cols()) N.resize(6, 0);
+  if (N.cols() > 0 && PivotedQr((R * N).colwise().normalized()).rank() < N.cols()) N.resize(6, 0);
   Matrix R_f = R * N;
   if (!free.is_all && N.cols() > 0) {
     R_f.resize(n, N.cols());

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/bodies/coupled_factor.hpp"
 
-#include <Eigen/Cholesky>
-
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -11,6 +9,7 @@
 #include <vector>
 
 #include "common/error.hpp"
+#include "common/linalg/dense.hpp"
 #include "common/linalg/sparse_cholesky.hpp"
 
 namespace cbr {
@@ -157,8 +156,7 @@ struct CoupledFactor::Impl {
   double theta;
   std::vector<Vector> weights;  // D^-1 of each part
   Vector diagonal;
-  Matrix dense;  // lower triangle: L
-  std::optional<Eigen::LLT<Eigen::Ref<Matrix>>> cholesky;
+  std::optional<Cholesky> dense;
   std::optional<SparseCholesky> sparse;
   // Workspaces of solve(Vector)
   std::vector<Vector> part_c, part_k;
@@ -179,17 +177,16 @@ struct CoupledFactor::Impl {
     const Index n = free.Z.cols();
     bool ordered = static_cast<Index>(block.dof.size()) == n;
     for (Index i = 0; ordered && i < n; ++i) ordered = block.dof[i] == i;
-    if (ordered) {
-      dense = std::move(block.S);
-    } else {
-      dense = Matrix::Zero(n, n);
+    if (!ordered) {
+      Matrix S = Matrix::Zero(n, n);
       for (std::size_t b = 0; b < block.dof.size(); ++b)
         for (std::size_t a = b; a < block.dof.size(); ++a)
-          dense(std::max(block.dof[a], block.dof[b]), std::min(block.dof[a], block.dof[b])) =
+          S(std::max(block.dof[a], block.dof[b]), std::min(block.dof[a], block.dof[b])) =
               block.S(static_cast<Index>(a), static_cast<Index>(b));
+      block.S = std::move(S);
     }
-    cholesky.emplace(dense);
-    return cholesky->info() == Eigen::Success;
+    dense.emplace(std::move(block.S));
+    return dense->ok();
   }
 
   bool factor_sparse(const SparseMatrix& A) {
@@ -208,7 +205,7 @@ struct CoupledFactor::Impl {
 };
 
 CoupledFactor::CoupledFactor(const CoupledModel& model, const FreeDofs& free, double theta, const std::string& where)
-    : impl_(std::make_unique<Impl>(Impl{model, free, theta, {}, {}, {}, {}, {}, {}, {}, {}})) {
+    : impl_(std::make_unique<Impl>(Impl{model, free, theta, {}, {}, {}, {}, {}, {}, {}})) {
   for (const CoupledPart& part : model.parts) {
     impl_->weights.push_back((1 + theta * part.superelement->eigenvalues.array()).inverse());
     impl_->part_c.push_back(Vector::Zero(part.superelement->c()));
@@ -251,8 +248,8 @@ void CoupledFactor::solve(Vector& f) const {
   }
   if (impl_->diagonal.size() > 0) {
     y.array() /= impl_->diagonal.array();
-  } else if (impl_->cholesky) {
-    if (y.size() > 0) impl_->cholesky->solveInPlace(y);
+  } else if (impl_->dense) {
+    if (y.size() > 0) impl_->dense->solve_in_place(y);
   } else if (impl_->sparse) {
     impl_->sparse->solve(y.data(), y.data());
   }
@@ -280,8 +277,8 @@ void CoupledFactor::solve_free(Eigen::Ref<Matrix> Y) const {
   if (Y.size() == 0) return;
   if (impl_->diagonal.size() > 0) {
     Y.array().colwise() /= impl_->diagonal.array();
-  } else if (impl_->cholesky) {
-    impl_->cholesky->solveInPlace(Y);
+  } else if (impl_->dense) {
+    impl_->dense->solve_in_place(Y);
   } else if (impl_->sparse) {
     impl_->sparse->solve_in_place(Y);
   }

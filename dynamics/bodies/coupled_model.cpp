@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/bodies/coupled_model.hpp"
 
-#include <Eigen/Dense>
-
 #include <algorithm>
 #include <cassert>
 #include <utility>
+
+#include "common/linalg/dense.hpp"
 
 namespace cbr {
 namespace {
@@ -79,10 +79,8 @@ Matrix free_basis(const char* present, const std::vector<Vector3>& directions) {
       if (present[c]) basis.col(column++) = Vector3::Unit(c);
     return basis;
   }
-  Eigen::ColPivHouseholderQR<Matrix> qr(H);
-  qr.setThreshold(1e-9);
-  const Matrix3 Q = qr.householderQ();
-  return Q.rightCols(3 - qr.rank());
+  const PivotedQr qr(H, 1e-9);
+  return qr.axes().rightCols(3 - qr.rank());
 }
 
 }  // namespace

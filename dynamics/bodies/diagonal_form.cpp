@@ -1,19 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/bodies/diagonal_form.hpp"
 
-#include <Eigen/Dense>
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "common/error.hpp"
+#include "common/linalg/dense.hpp"
 #include "common/linalg/eigenpairs.hpp"
 
 namespace cbr {
 namespace {
-
-using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
 constexpr double no_force = 1e-6;  // of |K| |R_s|
 
@@ -45,21 +42,21 @@ void require_converged(const Eigenpairs& pairs, Index n, const std::string& wher
 // Columns 0 .. 5 of V become R L^-T with L L^T = R^T M R, when they span the same motions; E accordingly.
 bool replace_rigid_modes(const Matrix& R, const RigidBody& body, DiagonalForm& form) {
   const Matrix6 S = Vector(rigid_scales(body)).asDiagonal(), mass = S * rigid_mass(body) * S;
-  const Eigen::LLT<Matrix6> cholesky(mass);
-  if (form.n_rigid < 6 || cholesky.info() != Eigen::Success) return false;  // a mechanism has more, its rigid ones first
+  const std::optional<Matrix6> L = small_cholesky(mass);
+  if (form.n_rigid < 6 || !L) return false;  // a mechanism has more, its rigid ones first
   // V_r = R X; then X^T (R^T M R) X = I when the file's inertia is that of its matrices.
   const Matrix R_s = R * S;
-  const Eigen::ColPivHouseholderQR<Matrix> qr(R_s);
+  const PivotedQr qr(R_s);
   if (qr.rank() < 6) return false;
   const Matrix V_r = form.V.leftCols(6);
   const Matrix6 X = qr.solve(V_r);
   const double spanned = (V_r - R_s * X).norm() / V_r.norm();
   const double normal = (X.transpose() * mass * X - Matrix6::Identity()).norm();
   if (spanned > 1e-6 || normal > 1e-6) return false;
-  const Matrix6 L = cholesky.matrixL();
-  form.V.leftCols(6) = cholesky.matrixL().solve(R_s.transpose()).transpose();
+  form.V.leftCols(6) = R_s;
+  divide_by_upper(*L, form.V.leftCols(6));
   form.E = Matrix::Zero(form.omega.size(), 6);
-  form.E.topRows(6) = L.transpose() * S.inverse();
+  form.E.topRows(6) = L->transpose() * S.diagonal().cwiseInverse().asDiagonal();
   return true;
 }
 
@@ -68,7 +65,7 @@ bool replace_rigid_modes(const Matrix& R, const RigidBody& body, DiagonalForm& f
 bool rigid_modes_span(const Matrix& R, const RigidBody& body, DiagonalForm& form) {
   const Vector S = rigid_scales(body);
   const Matrix V_r = form.V.leftCols(form.n_rigid);
-  const Matrix R_s = R * S.asDiagonal(), E_r = Eigen::ColPivHouseholderQR<Matrix>(V_r).solve(R_s);
+  const Matrix R_s = R * S.asDiagonal(), E_r = PivotedQr(V_r).solve(R_s);
   if ((V_r * E_r - R_s).norm() > 1e-8 * R_s.norm()) return false;
   form.E = Matrix::Zero(form.omega.size(), 6);
   form.E.topRows(form.n_rigid) = E_r * S.cwiseInverse().asDiagonal();
@@ -141,10 +138,7 @@ Matrix free_rigid_motions(const Matrix& R, const RigidBody& body, const IndexTab
   }
   C.bottomRows(resisted.rows()) = resisted;
   if (C.rows() == 0) return Matrix::Identity(6, 6);
-  Eigen::FullPivLU<Matrix> lu(C);
-  lu.setThreshold(1e-9);
-  Matrix kernel(6, 0);
-  if (lu.dimensionOfKernel() > 0) kernel = lu.kernel();
+  Matrix kernel = null_space(C, 1e-9);
   kernel.bottomRows(3) /= size;
   return kernel;
 }
@@ -158,7 +152,7 @@ Matrix3 complete_basis(const std::vector<Vector3>& directions) {
   if (directions.empty()) return Matrix3::Identity();
   Matrix H(3, static_cast<Index>(directions.size()));
   for (Index i = 0; i < H.cols(); ++i) H.col(i) = directions[i];
-  return Eigen::HouseholderQR<Matrix>(H).householderQ();
+  return orthonormal_axes(H);
 }
 
 IndexTable displacement_rows(const Superelement& s) {
@@ -170,9 +164,9 @@ IndexTable displacement_rows(const Superelement& s) {
 Matrix resisted_rigid_motions(const Matrix& K, const Matrix& R_s) {
   if (K.rows() == 0) return Matrix(0, R_s.cols());
   // K R_s = U diag(forces) W^T
-  const Eigen::BDCSVD<Matrix> svd(K * R_s, Eigen::ComputeThinV);
-  const Index n = (svd.singularValues().array() > no_force * K.norm() * R_s.norm()).count();
-  return svd.matrixV().leftCols(n).transpose();
+  const RightSingular svd = right_singular(K * R_s);
+  const Index n = (svd.values.array() > no_force * K.norm() * R_s.norm()).count();
+  return svd.V.leftCols(n).transpose();
 }
 
 Matrix resisted_rigid_motions(const Superelement& s) {
@@ -192,7 +186,7 @@ DiagonalForm free_diagonal_form(Superelement& s, const std::string& where) {
     const Matrix K = reduced_stiffness(s);
     const Matrix N = R * free_rigid_motions(R, s.rigid_body, {}, {}, resisted_rigid_motions(s));  // all six, or what is free of a part that is held inside
     const Matrix N_1 = N.colwise().normalized();
-    const bool known = N.cols() > 0 && Eigen::ColPivHouseholderQR<Matrix>(N_1).rank() == N.cols();
+    const bool known = N.cols() > 0 && PivotedQr(N_1).rank() == N.cols();
     Eigenpairs pairs = dense_eigenpairs_beside(K, reduced_mass(s), known ? N : Matrix(s.n(), 0));
     require_converged(pairs, s.n(), where);
     take_frequencies(pairs.lambda, N.cols(), form);

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/bodies/massless_form.hpp"
 
-#include <Eigen/Dense>
-
 #include "common/error.hpp"
+#include "common/linalg/dense.hpp"
 #include "common/linalg/eigenpairs.hpp"
 #include "dynamics/bodies/characteristic_form.hpp"
 
@@ -52,8 +51,8 @@ std::shared_ptr<const MasslessForm> held_massless_form(const Superelement& s, co
   // With D = C F C^T and the reactions -D^-1 C (V_c eta + F f):
   //   F <- F - F C^T D^-1 C F,   V_c <- V_c - F C^T D^-1 C V_c,   K = diag(omega^2) + (C V_c)^T D^-1 C V_c
   const Matrix FC = free.F * C.transpose();
-  const Eigen::LLT<Matrix> D(C * FC);
-  if (D.info() != Eigen::Success) throw InputError(where + ": the conditions on its nodes cannot be told from each other");
+  const Cholesky D(C * FC);
+  if (!D.ok()) throw InputError(where + ": the conditions on its nodes cannot be told from each other");
   const Matrix V_c = free.modal.V.bottomRows(c), CV = C * V_c, DCV = D.solve(CV);
   form->F = free.F - FC * D.solve(FC.transpose());
   form->F = 0.5 * (form->F + form->F.transpose()).eval();
@@ -64,7 +63,7 @@ std::shared_ptr<const MasslessForm> held_massless_form(const Superelement& s, co
   // Rigid motions that are left: E y
   const Matrix N = free_rigid_motions(reduced_rigid_modes(s, s.rigid_body.center), s.rigid_body, rows, held);
   Matrix Q = free.modal.E * N;
-  if (Q.cols() > 0) Q = (Eigen::HouseholderQR<Matrix>(Q).householderQ() * Matrix::Identity(n, Q.cols())).eval();
+  if (Q.cols() > 0) Q = orthonormal_basis(Q);
   const Eigenpairs pairs = dense_eigenpairs_beside(std::move(K), Q);
   if (!pairs.converged) throw RunError(where + ": the modes of the held superelement could not be found");
   DiagonalForm& modal = form->modal;

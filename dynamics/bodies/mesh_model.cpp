@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The mesh body's shared data, and what a mesh body answers about itself.
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
 
 #include <algorithm>
 #include <cassert>
@@ -10,6 +11,7 @@
 
 #include "common/error.hpp"
 #include "common/linalg/blas_threads.hpp"
+#include "common/linalg/dense.hpp"
 #include "common/linalg/eigenpairs.hpp"
 #include "dynamics/bodies/mesh_body.hpp"
 
@@ -189,7 +191,7 @@ BodyState MeshBody::state() const {
   state.center_of_mass = T * (rigid.center + moment.head<3>() / rigid.mass) + placement_.position;
   state.momentum = T * rate.head<3>();
   state.angular_momentum = T.determinant() * (T * rate.tail<3>()) + state.center_of_mass.cross(state.momentum);
-  state.rotation = rigid.inertia.ldlt().solve(moment.tail<3>()).norm();
+  state.rotation = solve_symmetric(rigid.inertia, moment.tail<3>()).norm();
   if (!std::isfinite(state.rotation)) state.rotation = 0;
   // 1/2 v- M v+ with v+ of the internal forces alone: what leapfrog conserves together with the strain energy
   state.kinetic_energy = 0.5 * scalar_product(v_, v_) - 0.5 * last_h_ * v_.cwiseProduct(Ku).sum();

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/bodies/scaled_body.hpp"
 
-#include <Eigen/Dense>
-
 #include <cassert>
 #include <cmath>
 #include <utility>

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What a scaled body answers about itself: response, bounds of its motion, momentum, energy, displacements.
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
 
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 
+#include "common/linalg/dense.hpp"
 #include "dynamics/bodies/scaled_body.hpp"
 
 namespace cbr {
@@ -40,7 +42,7 @@ BodyState ScaledBody::state() const {
   state.momentum = T * rate.head<3>();
   // A rotation is a pseudo-vector: a mirror changes its sign.
   state.angular_momentum = T.determinant() * (T * rate.tail<3>()) + state.center_of_mass.cross(state.momentum);
-  state.rotation = body.inertia.ldlt().solve(moment.tail<3>()).norm();
+  state.rotation = solve_symmetric(body.inertia, moment.tail<3>()).norm();
   if (!std::isfinite(state.rotation)) state.rotation = 0;
   state.kinetic_energy = kept_energy(now_.v, gain_);
   state.strain_energy = kept_energy(modes_->omega.cwiseProduct(now_.eta), gain_);

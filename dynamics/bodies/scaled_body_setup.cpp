@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // From nodes and loads that were announced to the arrays of a scaled body.
-#include <Eigen/Dense>
 
 #include <cassert>
 #include <numeric>

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/bodies/scaled_model.hpp"
 
-#include <Eigen/Dense>
-
 #include <algorithm>
 #include <utility>
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Modal mass scaling where all modes would cost too much: those below the clip, and the flexibility of the rest.
-#include <Eigen/Dense>
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "common/error.hpp"
+#include "common/linalg/dense.hpp"
 #include "common/linalg/dense_factor.hpp"
 #include "common/linalg/lanczos_below.hpp"
 #include "dynamics/bodies/scaled_model.hpp"
@@ -153,15 +153,15 @@ class ModelOfMatrices final : public ScaledModel {
     Matrix mass = Matrix::Zero(6, 6);
     mass.diagonal().head(3).setConstant(body.mass);
     mass.bottomRightCorner(3, 3) = body.inertia;
-    const Eigen::LLT<Matrix> whole(mass);
+    const Cholesky whole(mass);
     const auto differ = [&](auto block) { return (block(mass) - block(own)).norm() > 1e-6 * block(own).norm(); };
-    if (whole.info() != Eigen::Success || differ([](const Matrix& A) { return Matrix(A.topLeftCorner(3, 3)); }) ||
+    if (!whole.ok() || differ([](const Matrix& A) { return Matrix(A.topLeftCorner(3, 3)); }) ||
         differ([](const Matrix& A) { return Matrix(A.bottomRightCorner(3, 3)); }))
       refuse_rigid_modes(where_);
-    const Eigen::LLT<Matrix> cholesky(mass);
-    modes.V.leftCols(6) = cholesky.matrixL().solve(R.transpose()).transpose();
+    modes.V.leftCols(6) = R;
+    whole.divide_by_upper(modes.V.leftCols(6));
     modes.E.setZero();
-    modes.E.topRows(6) = Matrix(cholesky.matrixL()).transpose();
+    modes.E.topRows(6) = whole.upper();
   }
 
   std::shared_ptr<ScaledModes> of_all_modes(double clip, const std::string& reason) {

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/bodies/scaled_motion.hpp"
 
-#include <Eigen/Dense>
-
 #include <cmath>
 
 #include "dynamics/bodies/contact_gain.hpp"

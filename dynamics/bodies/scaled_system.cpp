@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/bodies/scaled_system.hpp"
 
-#include <Eigen/Dense>
-
 #include <cmath>
 #include <utility>
 
 #include "common/error.hpp"
+#include "common/linalg/dense.hpp"
 #include "common/linalg/dense_factor.hpp"
 #include "common/linalg/eigenpairs.hpp"
 #include "common/linalg/huge_pages.hpp"
@@ -58,19 +57,19 @@ void ScaledSystem::find_rigid_modes(const std::vector<HeldDirection>& held) {
     Matrix blocked = R.bottomRows(s.c()) - Z_ * R_f;
     blocked.rightCols(3) /= size, R_f.rightCols(3) /= size;
     const Matrix resisted = resisted_rigid_motions(s);
-    const Eigen::SelfAdjointEigenSolver<Matrix> motions(blocked.transpose() * blocked + resisted.transpose() * resisted);
+    const SymmetricEigen motions = symmetric_eigen(blocked.transpose() * blocked + resisted.transpose() * resisted);
     const Index free = n_free_rigid_motions(R, s.rigid_body, displacement_rows(s), held, resisted);
-    R_f = (R_f * motions.eigenvectors().leftCols(free)).eval();
+    R_f = (R_f * motions.vectors.leftCols(free)).eval();
   } else if ((K() * R_f).norm() > 1e-8 * K().norm() * R_f.norm()) {
     R_f.resize(f(), 0);  // held by what the reduction joined to it
   }
   N_ = std::move(R_f);
   if (N_.cols() > 0) {
-    const Eigen::LLT<Matrix> mass(N_.transpose() * (M() * N_));
-    if (mass.info() != Eigen::Success)
+    const Cholesky mass(N_.transpose() * (M() * N_));
+    if (!mass.ok())
       throw RunError(where_ + ": time.mass_scaling: the interface does not tell all rigid motions apart: store the diagonal form " +
                      "with the superelement, or leave out time.mass_scaling");
-    mass.matrixU().solveInPlace<Eigen::OnTheRight>(N_);
+    mass.divide_by_upper(N_);
   }
   MN_.resize(n(), N_.cols());
   if (N_.cols() == 0) return;
@@ -157,7 +156,7 @@ ElasticFlexibility::ElasticFlexibility(std::shared_ptr<const ScaledSystem> syste
   const Vector diagonal = G_.diagonal();
   if (r > 0) {
     // Stiffness of its own for the rigid motions makes K definite; where they are taken out, its size does not matter
-    const Matrix N = Eigen::HouseholderQR<Matrix>(s.rigid_modes()).householderQ() * Matrix::Identity(s.f(), r);
+    const Matrix N = orthonormal_basis(s.rigid_modes());
     G_.selfadjointView<Eigen::Lower>().rankUpdate(N, diagonal.mean());
   }
   const Vector before = G_.diagonal();

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/bodies/superelement_body.hpp"
 
-#include <Eigen/Dense>
-
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <utility>
 
+#include "common/linalg/dense.hpp"
 #include "dynamics/bodies/contact_gain.hpp"
 
 namespace cbr {
@@ -181,12 +180,10 @@ Vector3 SuperelementBody::add_velocities(Index set, const Points& velocities, co
   Matrix uniform = Matrix::Zero(f_.size(), 3);
   for (Index i = 0; i < B.cols(); ++i) uniform.col(i % 3) += B.col(i);
   const auto to_momentum = form_->E.leftCols(3).transpose();
-  const Eigen::LDLT<Matrix3> mass(T * (to_momentum * uniform) * T.transpose());
-  Vector3 extra = Vector3::Zero();
-  if (mass.info() == Eigen::Success && mass.isPositive()) {
-    extra = mass.solve(momentum - T * (to_momentum * f_));
-    f_.noalias() += uniform * (T.transpose() * extra);
-  }
+  const Matrix3 mass = T * (to_momentum * uniform) * T.transpose();
+  const Vector3 missing = momentum - T * (to_momentum * f_);
+  const Vector3 extra = solve_semidefinite(mass, missing).value_or(Vector3::Zero());
+  f_.noalias() += uniform * (T.transpose() * extra);
   if (is_exact()) {
     if (!end_kicked_) end_kick_.setZero();
     end_kick_ += f_;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A superelement under Newmark's method (HHT-alpha): its modes are uncoupled, so a step solves nothing.
-#include <Eigen/Dense>
 
 #include <algorithm>
 #include <cassert>

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What a superelement answers about itself: response, masses, loads, momentum, energy.
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
 
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <utility>
 
+#include "common/linalg/dense.hpp"
 #include "dynamics/bodies/superelement_body.hpp"
 
 namespace cbr {
@@ -162,7 +164,7 @@ BodyState SuperelementBody::state() const {
   state.momentum = T * rate.head<3>();
   // A rotation is a pseudo-vector: a mirror changes its sign.
   state.angular_momentum = T.determinant() * (T * rate.tail<3>()) + state.center_of_mass.cross(state.momentum);
-  state.rotation = rigid.inertia.ldlt().solve(moment.tail<3>()).norm();
+  state.rotation = solve_symmetric(rigid.inertia, moment.tail<3>()).norm();
   if (!std::isfinite(state.rotation)) state.rotation = 0;
   const auto omega = form_->omega.array();
   const double strain = weight_.size() > 0 ? 0.5 * ((omega * eta_.array()).square() * weight_.array()).sum()

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/contact/basic_impulses.hpp"
 
-#include <Eigen/Cholesky>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <vector>
 
+#include "common/linalg/dense.hpp"
 #include "dynamics/contact/dense_panels.hpp"
 
 namespace cbr {
@@ -196,8 +195,8 @@ Vector least_impulses(const ContactProblem& problem, const Vector& g, const std:
   const Vector s = W.diagonal().cwiseSqrt().cwiseInverse(), b = -s.cwiseProduct(Vector(g(rows)));
   Matrix K = s.asDiagonal() * W * s.asDiagonal();
   K.diagonal().array() += shift;
-  const Eigen::LLT<Matrix> factor(K);
-  if (factor.info() != Eigen::Success) return {};
+  const Cholesky factor(K);
+  if (!factor.ok()) return {};
   K.diagonal().array() -= shift;
   Vector x = factor.solve(b), r = b - K * x;
   for (int i = 0; i < 20 && r.cwiseQuotient(s).lpNorm<Eigen::Infinity>() > 0.1 * tolerance; ++i)

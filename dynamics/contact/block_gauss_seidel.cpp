@@ -1,22 +1,22 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/contact/block_gauss_seidel.hpp"
 
-#include <Eigen/Eigenvalues>
-
 #include <algorithm>
 #include <cmath>
+
+#include "common/linalg/dense.hpp"
 
 namespace cbr {
 namespace {
 
 // Least-norm inverse of a symmetric positive semi-definite block.
 Matrix3 pseudo_inverse(const Matrix3& B) {
-  const Eigen::SelfAdjointEigenSolver<Matrix3> solver(B);
-  const double largest = solver.eigenvalues()[2];
+  const auto [values, vectors] = symmetric_eigen3(B);
+  const double largest = values[2];
   Vector3 inverse = Vector3::Zero();
   for (int d = 0; d < 3; ++d)
-    if (solver.eigenvalues()[d] > 1e-12 * largest) inverse[d] = 1 / solver.eigenvalues()[d];
-  return solver.eigenvectors() * inverse.asDiagonal() * solver.eigenvectors().transpose();
+    if (values[d] > 1e-12 * largest) inverse[d] = 1 / values[d];
+  return vectors * inverse.asDiagonal() * vectors.transpose();
 }
 
 }  // namespace

@@ -168,12 +168,11 @@ ConeSystem::ConeSystem(const ConeProblem& cones, const std::vector<Matrix3>& H) 
   Matrix K = Matrix::Identity(r, r);
   if (n > 0) K.noalias() += L.transpose() * HL;
   if (!K.allFinite()) return;
-  factor_.compute(K);
-  ok_ = true;
+  factor_.emplace(std::move(K));
 }
 
 Vector ConeSystem::solve(const Points& b, const Vector& r) const {
-  return factor_.solve(cones_.L.transpose() * Eigen::Map<const Vector>(b.data(), b.size()) - r);
+  return factor_->solve(cones_.L.transpose() * Eigen::Map<const Vector>(b.data(), b.size()) - r);
 }
 
 }  // namespace cbr

@@ -2,10 +2,10 @@
 // Contact laws where W is singular, in the coordinates that it feels: W = L L^T, L with as many columns as W has rank.
 #pragma once
 
-#include <Eigen/LU>
-
+#include <optional>
 #include <vector>
 
+#include "common/linalg/dense.hpp"
 #include "dynamics/contact/contact_laws.hpp"
 
 namespace cbr {
@@ -53,13 +53,12 @@ double violation(const ConeProblem& cones, const ConeGaps& gaps, Points p);
 class ConeSystem {
  public:
   ConeSystem(const ConeProblem& cones, const std::vector<Matrix3>& H);
-  bool ok() const { return ok_; }
+  bool ok() const { return factor_.has_value(); }
   Vector solve(const Points& b, const Vector& r) const;
 
  private:
   const ConeProblem& cones_;
-  Eigen::PartialPivLU<Matrix> factor_;
-  bool ok_ = false;
+  std::optional<Lu> factor_;
 };
 
 }  // namespace cbr

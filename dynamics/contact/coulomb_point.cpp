@@ -1,20 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/contact/coulomb_point.hpp"
 
-#include <Eigen/Eigenvalues>
-
 #include <algorithm>
 #include <cmath>
+
+#include "common/linalg/dense.hpp"
 
 namespace cbr {
 
 CoulombPoint::CoulombPoint(const Matrix3& B, double friction) : B_(B), friction_(friction) {
   // S = B_tt - B_tn B_nt / B_nn   (2 x 2)
-  const Eigen::Matrix2d S = B.bottomRightCorner<2, 2>() - B.block<2, 1>(1, 0) * B.block<1, 2>(0, 1) / B(0, 0);
-  Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver;
-  solver.computeDirect(Eigen::Matrix2d(0.5 * (S + S.transpose())));
-  axes_ = solver.eigenvectors();
-  s_ = solver.eigenvalues().cwiseMax(0);
+  const Matrix2 S = B.bottomRightCorner<2, 2>() - B.block<2, 1>(1, 0) * B.block<1, 2>(0, 1) / B(0, 0);
+  const SymmetricEigen2 eigen = symmetric_eigen2(0.5 * (S + S.transpose()));
+  axes_ = eigen.vectors;
+  s_ = eigen.values.cwiseMax(0);
 }
 
 double CoulombPoint::normal(const Vector3& q, const Eigen::Vector2d& tangential) const {

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/contact/kept_factor.hpp"
 
-#include <Eigen/Cholesky>
-
 #include <algorithm>
 #include <utility>
 
+#include "common/linalg/dense.hpp"
 #include "common/state_archive.hpp"
 #include "dynamics/contact/dense_panels.hpp"
 
@@ -22,8 +21,7 @@ constexpr double weakest_kept = 1e-7;
 // Smallest pivot, or 0 when it is round-off.
 double factor_in_place(Eigen::Ref<Matrix> A) {
   if (A.rows() == 0) return 1;
-  const Eigen::LLT<Eigen::Ref<Matrix>> llt(A);
-  const double pivot = llt.info() == Eigen::Success ? A.diagonal().cwiseAbs2().minCoeff() : 0;
+  const double pivot = cholesky_in_place(A) ? A.diagonal().cwiseAbs2().minCoeff() : 0;
   return pivot > weakest_pivot ? pivot : 0;
 }
 
@@ -147,7 +145,7 @@ bool KeptFactor::remove(const Change& change) {
   }
   gram_.resize(kept + more, kept + more);
   gram_.noalias() = X_.transpose() * X_;
-  return gram_.rows() == 0 || Eigen::LLT<Eigen::Ref<Matrix>>(gram_).info() == Eigen::Success;
+  return gram_.rows() == 0 || cholesky_in_place(gram_);
 }
 
 void KeptFactor::place(const std::vector<Index>& rows) {

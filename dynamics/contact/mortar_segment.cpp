@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/contact/mortar_segment.hpp"
 
-#include <Eigen/Dense>
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "common/elements/quadrature.hpp"
+#include "common/linalg/dense.hpp"
 
 namespace cbr {
 namespace {
@@ -28,12 +27,11 @@ std::vector<LinePoint> gauss_unit_line(int n, bool jacobi) {
   for (int k = 0; k < n && jacobi; ++k) diagonal[k] = -1.0 / ((2 * k + 1) * (2 * k + 3));
   for (int k = 1; k < n; ++k)
     beside[k - 1] = jacobi ? std::sqrt(double(k) * (k + 1)) / (2 * k + 1) : k / std::sqrt(4.0 * k * k - 1);
-  Eigen::SelfAdjointEigenSolver<Matrix> solver;
-  solver.computeFromTridiagonal(diagonal, beside);
+  const SymmetricEigen eigen = tridiagonal_eigen(diagonal, beside);
   std::vector<LinePoint> rule;
   for (int k = 0; k < n; ++k) {
-    const double v = solver.eigenvectors()(0, k);
-    rule.push_back({0.5 * (1 + solver.eigenvalues()[k]), v * v});
+    const double v = eigen.vectors(0, k);
+    rule.push_back({0.5 * (1 + eigen.values[k]), v * v});
   }
   return rule;
 }

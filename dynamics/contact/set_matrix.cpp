@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/contact/set_matrix.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <Eigen/SparseLU>
 
 #include <algorithm>
@@ -11,6 +9,7 @@
 #include <optional>
 #include <utility>
 
+#include "common/linalg/dense.hpp"
 #include "common/linalg/sparse_cholesky.hpp"
 #include "dynamics/contact/dense_panels.hpp"
 #include "dynamics/contact/krylov.hpp"
@@ -73,9 +72,9 @@ struct SetMatrix::Impl {
   Matrix dense;
   SparseMatrix sparse;
   // One of the factors of scale K scale
-  std::optional<Eigen::LLT<Matrix>> llt;
-  std::optional<Eigen::PartialPivLU<Matrix>> lu;
-  std::optional<SparseCholesky> cholesky;
+  std::optional<Cholesky> cholesky;
+  std::optional<Lu> lu;
+  std::optional<SparseCholesky> sparse_cholesky;
   std::unique_ptr<Eigen::SparseLU<SparseMatrix>> sparse_lu;
 
   void gather();
@@ -125,9 +124,9 @@ bool SetMatrix::Impl::factor_sparse(double epsilon) {
     sparse_lu = std::make_unique<Eigen::SparseLU<SparseMatrix>>(K);
     return sparse_lu->info() == Eigen::Success;
   }
-  cholesky.emplace(K);
-  if (cholesky->ok() && (epsilon > 0 || cholesky->smallest_pivot() > weakest_pivot)) return true;
-  cholesky.reset();
+  sparse_cholesky.emplace(K);
+  if (sparse_cholesky->ok() && (epsilon > 0 || sparse_cholesky->smallest_pivot() > weakest_pivot)) return true;
+  sparse_cholesky.reset();
   return false;
 }
 
@@ -137,17 +136,17 @@ bool SetMatrix::Impl::factor(double epsilon) {
   Matrix K = dense_matrix();
   K.diagonal().array() += epsilon;
   if (bases.symmetric) {
-    llt.emplace(std::move(K));
-    return llt->info() == Eigen::Success && (epsilon > 0 || llt->matrixLLT().diagonal().cwiseAbs2().minCoeff() > weakest_pivot);
+    cholesky.emplace(std::move(K));
+    return cholesky->ok() && (epsilon > 0 || cholesky->diagonal().cwiseAbs2().minCoeff() > weakest_pivot);
   }
   lu.emplace(std::move(K));
-  return epsilon > 0 || lu->matrixLU().diagonal().cwiseAbs().minCoeff() > weakest_pivot;
+  return epsilon > 0 || lu->smallest_pivot() > weakest_pivot;
 }
 
 Vector SetMatrix::Impl::back_solve(const Vector& b) const {
-  if (llt) return llt->solve(b);
+  if (cholesky) return cholesky->solve(b);
   if (lu) return lu->solve(b);
-  if (cholesky) return cholesky->solve(Matrix(b));
+  if (sparse_cholesky) return sparse_cholesky->solve(Matrix(b));
   if (sparse_lu && sparse_lu->info() == Eigen::Success) return sparse_lu->solve(b);
   return Vector::Constant(b.size(), std::numeric_limits<double>::quiet_NaN());
 }

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/setup/friction_shapes.hpp"
 
-#include <Eigen/QR>
-
 #include <sstream>
 #include <vector>
 
+#include "common/linalg/dense.hpp"
 #include "common/report.hpp"
 
 namespace cbr {
@@ -31,8 +30,7 @@ Shapes shapes_of(const ContactSurface& surface, const BuiltScene& built) {
   for (Index i = 0; i < s.c(); ++i)
     if (on_face[static_cast<std::size_t>(part.node[s.dof_node[i]])] != 0) rows.push_back(i);
   if (s.characteristic.V.rows() != s.c() || rows.empty()) return {};
-  Eigen::ColPivHouseholderQR<Matrix> qr(Matrix(s.characteristic.V(rows, Eigen::all)));
-  qr.setThreshold(weakest_shape);
+  const PivotedQr qr(s.characteristic.V(rows, Eigen::all), weakest_shape);
   return {qr.rank(), static_cast<Index>(rows.size())};
 }
 

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/setup/half_modes.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
-
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -12,6 +9,7 @@
 #include <vector>
 
 #include "common/error.hpp"
+#include "common/linalg/dense.hpp"
 #include "common/massless_modes.hpp"
 
 namespace cbr {
@@ -48,11 +46,11 @@ void keep_half_of_free(Superelement& s) {
   if (m.omega_fall > 0) m.V *= falling_weights(s.eigenvalues, m.omega_fall).asDiagonal();
   m.F -= statics();
   // The highest frequency with the interface held: of Lambda + V^T F^-1 V   (k x k)
-  const Eigen::LLT<Matrix> F(m.F);
-  if (F.info() != Eigen::Success) throw RunError("the compliance of a massless interface is not positive definite");
+  const Cholesky F(m.F);
+  if (!F.ok()) throw RunError("the compliance of a massless interface is not positive definite");
   Matrix K = m.V.transpose() * F.solve(m.V);
   K.diagonal() += s.eigenvalues;
-  m.omega_closed = std::sqrt(Eigen::SelfAdjointEigenSolver<Matrix>(K, Eigen::EigenvaluesOnly).eigenvalues()(kept - 1));
+  m.omega_closed = std::sqrt(symmetric_eigenvalues(K)(kept - 1));
 }
 
 void keep_half_of_fixed(Superelement& s, HalfBy by) {
