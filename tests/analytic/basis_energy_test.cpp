@@ -3,11 +3,11 @@
 // motion carries just after the contact is split into what a basis holds and what it does not: [u_I; u_C] = T q + rest, T = [Phi,
 // Psi; 0, I], with T^T K rest = 0 for strains and T^T M rest = 0 for velocities, so that the energies of both parts add up.
 #include <gtest/gtest.h>
-#include <Eigen/Cholesky>
 
 #include <cmath>
 #include <cstdio>
 
+#include "common/linalg/dense.hpp"
 #include "common/superelement.hpp"
 #include "dynamics/output/basis_energy.hpp"
 #include "tests/support/scene_run.hpp"
@@ -59,7 +59,7 @@ Held held(const Superelement& s, const Vector& mass, const Motion& motion) {
   // M: M^ q' = T^T M v   (k + c)
   Vector p(s.n());
   p << inner.Phi.transpose() * m_I.cwiseProduct(v_I), m_C.cwiseProduct(v_C) + inner.Psi.transpose() * m_I.cwiseProduct(v_I);
-  return {0.5 * (s.eigenvalues.dot(q_k.cwiseAbs2()) + u_C.dot(s.K_cc * u_C)), 0.5 * p.dot(reduced_mass(s).llt().solve(p))};
+  return {0.5 * (s.eigenvalues.dot(q_k.cwiseAbs2()) + u_C.dot(s.K_cc * u_C)), 0.5 * p.dot(Cholesky(reduced_mass(s)).solve(p))};
 }
 
 TEST(BasisEnergy, WhatImpulsesLoseIsWhatTheBasisCannotHold) {

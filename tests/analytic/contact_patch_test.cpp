@@ -3,8 +3,7 @@
 // pressure, must be strained uniformly. Both stand on planes of symmetry without friction, so that each is free to grow sidewards.
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
-
+#include "common/linalg/dense.hpp"
 #include "common/mesh/surface.hpp"
 #include "dynamics/contact/mortar.hpp"
 #include "dynamics/setup/contact_faces.hpp"
@@ -118,7 +117,7 @@ Patch solve(Half& lower, Half& upper, bool slave_is_upper, Detect search) {
       }
     }
   }
-  const Vector x = A.partialPivLu().solve(b);
+  const Vector x = Lu(A).solve(b);
   Patch result;
   result.n_points = m;
   result.displacement = (x.head(n0 + n1) - exact).cwiseAbs().maxCoeff() / exact.cwiseAbs().maxCoeff();

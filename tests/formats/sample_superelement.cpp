@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tests/formats/sample_superelement.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <random>
+
+#include "common/linalg/dense.hpp"
 
 namespace cbr::test {
 namespace {
@@ -13,9 +14,9 @@ Matrix random_matrix(std::mt19937& random, Index rows, Index columns) {
 }
 
 void add_diagonal_form(Superelement& s) {
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix> solver(reduced_stiffness(s), reduced_mass(s));
-  s.omega = solver.eigenvalues().cwiseMax(0).cwiseSqrt();
-  s.V = solver.eigenvectors();
+  const SymmetricEigen solver = generalized_eigen(reduced_stiffness(s), reduced_mass(s));
+  s.omega = solver.values.cwiseMax(0).cwiseSqrt();
+  s.V = solver.vectors;
 }
 
 bool identical(const Surface& a, const Surface& b) {

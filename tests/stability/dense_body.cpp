@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/linalg/dense.hpp"
+
 namespace cbr::test {
 namespace {
 
@@ -45,9 +47,9 @@ DenseMotionModes dense_motion_modes(const DenseBody& body) {
 Matrix dense_response(const DenseBody& body, double h) {
   Matrix S;  // q x q
   if (body.scheme == Scheme::central) {
-    S = h * body.M.llt().solve(Matrix::Identity(body.M.rows(), body.M.rows()));
+    S = h * Cholesky(body.M).solve(Matrix::Identity(body.M.rows(), body.M.rows()));
   } else if (body.scheme == Scheme::newmark) {
-    S = 0.5 * h * Matrix(body.M + 0.25 * h * h * body.K).llt().solve(Matrix::Identity(body.M.rows(), body.M.rows()));
+    S = 0.5 * h * Cholesky(body.M + 0.25 * h * h * body.K).solve(Matrix::Identity(body.M.rows(), body.M.rows()));
   } else {
     const DenseMotionModes modes = dense_motion_modes(body);
     Vector s(modes.omega.size());
@@ -65,8 +67,8 @@ DenseStepper::DenseStepper(const DenseBody& body, double h)
     : body_(body),
       h_(h),
       modes_(dense_motion_modes(body)),
-      inverse_(body.M.llt()),
-      inverse_A_(Matrix(body.M + 0.25 * h * h * body.K).llt()),
+      inverse_(body.M),
+      inverse_A_(body.M + 0.25 * h * h * body.K),
       W_(dense_response(body, h)),
       q_(Vector::Zero(body.K.rows())),
       v_(body.velocity) {

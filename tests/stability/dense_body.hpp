@@ -2,11 +2,10 @@
 // One body of dense matrices: how it moves by itself and what impulses do to it.
 #pragma once
 
-#include <Eigen/Cholesky>
-
 #include <cmath>
 #include <vector>
 
+#include "common/linalg/dense.hpp"
 #include "common/scene.hpp"
 #include "tests/stability/dense_oracle.hpp"
 
@@ -60,7 +59,7 @@ class DenseStepper {
   const DenseBody& body_;
   double h_, t_ = 0;
   DenseMotionModes modes_;
-  Eigen::LLT<Matrix> inverse_, inverse_A_;  // of M; of M + h^2 / 4 K
+  Cholesky inverse_, inverse_A_;  // of M; of M + h^2 / 4 K
   Matrix W_;
   Vector q_, v_, a_;     // end of the step
   Vector q0_, v0_, a0_;  // its start

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Nodes against faces: every node with every face. Distances off a face's edge are shares of its size.
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
 
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
+#include "common/linalg/dense.hpp"
 #include "tests/stability/dense_search.hpp"
 
 namespace cbr::test {
@@ -215,7 +217,7 @@ Stand stand_before(const std::vector<Meeting>& holding, const Vector3& x) {
     Vector gap(static_cast<Index>(on.size()));
     for (std::size_t i = 0; i < on.size(); ++i)
       N.col(static_cast<Index>(i)) = holding[on[i]].end.normal, gap[static_cast<Index>(i)] = holding[on[i]].end_gap;
-    const Vector push = on.empty() ? Vector() : Vector(-Matrix(N.transpose() * N).ldlt().solve(gap));
+    const Vector push = on.empty() ? Vector() : Vector(-Ldlt(N.transpose() * N).solve(gap));
     if (!on.empty() && !(push.minCoeff() > 0)) continue;
     const Vector3 at = on.empty() ? x : Vector3(x + N * push);
     const auto is_in_front = [&](const Meeting& m) { return m.end_gap + m.end.normal.dot(at - x) >= -1e-10 * m.size; };

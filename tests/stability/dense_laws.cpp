@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tests/stability/dense_laws.hpp"
 
-#include <Eigen/Dense>
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
+
+#include "common/linalg/dense.hpp"
 
 namespace cbr::test {
 namespace {
@@ -24,7 +24,7 @@ Vector complementary(const Matrix& W, const Vector& g) {
     for (Index i = 0; i < n; ++i)
       if (active[static_cast<std::size_t>(i)]) in.push_back(i);
     Vector p = Vector::Zero(n);
-    if (!in.empty()) p(in) = -Matrix(W(in, in)).ldlt().solve(Vector(g(in)));
+    if (!in.empty()) p(in) = -Ldlt(W(in, in)).solve(Vector(g(in)));
     const Vector gap = g + W * p;
     Index wrong = -1;
     for (Index i = 0; i < n && wrong < 0; ++i)
@@ -41,7 +41,7 @@ bool is_definite(const Matrix& W, const Vector& p) {
   for (Index i = 0; i < p.size(); ++i)
     if (p[i] > 0) in.push_back(i);
   if (in.empty()) return true;
-  const Vector lambda = Eigen::SelfAdjointEigenSolver<Matrix>(W(in, in), Eigen::EigenvaluesOnly).eigenvalues();
+  const Vector lambda = symmetric_eigenvalues(W(in, in));
   return lambda.minCoeff() > 1e-10 * lambda.maxCoeff();
 }
 
@@ -62,7 +62,7 @@ Slide slide(const Matrix3& W, const Vector3& g, double mu, double at) {
 // One point with three rows: open, sticking, or sliding in the direction that a scan of all of them finds.
 Vector3 impulse_of_point(const Matrix3& W, const Vector3& g, double mu) {
   if (g[0] >= 0) return Vector3::Zero();
-  const Vector3 stuck = -W.ldlt().solve(g);
+  const Vector3 stuck = -solve_symmetric(W, g);
   if (stuck[0] >= 0 && stuck.tail<2>().norm() <= mu * stuck[0]) return stuck;
   constexpr int n = 48;
   constexpr double turn = 2 * std::numbers::pi / n;

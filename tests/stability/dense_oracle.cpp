@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tests/stability/dense_oracle.hpp"
 
-#include <Eigen/Eigenvalues>
-
 #include <algorithm>
 #include <numeric>
 
+#include "common/linalg/dense.hpp"
 #include "reducer/reduce.hpp"
 
 namespace cbr::test {
@@ -48,8 +47,8 @@ DenseModel dense_model(const Mesh& mesh, const std::vector<BlockProperties>& pro
 
 DenseModes dense_modes(const Matrix& K, const Matrix& M) {
   if (K.rows() == 0) return {};
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Dense> solver(K, M);
-  DenseModes modes{solver.eigenvalues(), solver.eigenvectors()};
+  const SymmetricEigen solver = generalized_eigen(K, M);
+  DenseModes modes{solver.values, solver.vectors};
   const double largest = modes.lambda.maxCoeff();
   for (double& lambda : modes.lambda)
     if (lambda < 1e-10 * largest) lambda = 0;
@@ -87,7 +86,7 @@ DenseReduction dense_reduction(const DenseModel& model, const std::vector<Index>
   if (n_I > 0) {
     T(interior, Eigen::seqN(0, n_I)) = modes.V;
     T(interior, Eigen::seqN(n_I, c)) =
-        -chosen(model.K, interior, interior).ldlt().solve(Dense(chosen(model.K, interior, interface)));
+        -Ldlt(chosen(model.K, interior, interior)).solve(Dense(chosen(model.K, interior, interface)));
   }
   for (Index i = 0; i < c; ++i) T(interface[static_cast<std::size_t>(i)], n_I + i) = 1;
   const Matrix K = T.transpose() * model.K * T, M = T.transpose() * model.M * T;

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tests/stability/dense_run.hpp"
 
-#include <Eigen/Eigenvalues>
-
 #include <algorithm>
 #include <cmath>
 
+#include "common/linalg/dense.hpp"
 #include "tests/stability/dense_laws.hpp"
 
 namespace cbr::test {
@@ -238,7 +237,7 @@ class Run {
       for (const DensePoint::Term& term : point.terms)
         omega = std::max(omega, steppers_[static_cast<std::size_t>(term.body)].largest_frequency());
     const double x = omega * h_, root = -2 * zeta + std::sqrt(4 * zeta * zeta + 0.2 * (4 - x * x));
-    const double lambda = Eigen::SelfAdjointEigenSolver<Matrix>(response(group)).eigenvalues().maxCoeff();
+    const double lambda = symmetric_eigenvalues(response(group)).maxCoeff();
     const double k = root * root / (h_ * lambda);
     springs.k = springs.k > 0 ? std::min(springs.k, k) : k;
     springs.c = 2 * zeta * std::sqrt(springs.k * h_ / lambda);

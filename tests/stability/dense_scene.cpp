@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "common/elements/shell.hpp"
+#include "common/linalg/dense.hpp"
 #include "dynamics/setup/geometry.hpp"
 
 namespace cbr::test {
@@ -100,7 +101,7 @@ DenseBody placed(const RandomScene& scene, const Ran& ran, std::size_t i, Coordi
   const std::vector<Index> free = free_coordinates(scene, geometry, i, B);
   body.K = K(free, free), body.M = M(free, free), body.B = TB(Eigen::all, free);
   // What supports that take hold at once leave
-  body.velocity = body.M.llt().solve(Vector(M * (rigid * (T.transpose() * b.velocity)))(free));
+  body.velocity = Cholesky(body.M).solve(Vector(M * (rigid * (T.transpose() * b.velocity)))(free));
   for (const auto& load : scene.loads) {
     Vector f;
     if (load.kind == "gravity") {

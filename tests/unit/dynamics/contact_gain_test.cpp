@@ -4,8 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
-
 #include <cmath>
 
 #include "tests/unit/dynamics/scaled_bodies.hpp"

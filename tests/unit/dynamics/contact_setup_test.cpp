@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
 
 #include <filesystem>
 #include <fstream>

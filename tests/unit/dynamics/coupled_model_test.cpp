@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Coupled models and their factor against dense algebra on the whole matrices.
+#include "common/linalg/dense.hpp"
 #include "dynamics/bodies/coupled_model.hpp"
 
 #include <gtest/gtest.h>
-
-#include <Eigen/Dense>
 
 #include <cmath>
 #include <random>
@@ -68,7 +67,7 @@ TEST(CoupledModel, AllModesOfTheDomainsAreTheWholeBody) {
   K(dofs(0), dofs(0)) += a.K, K(dofs(2), dofs(2)) += b.K;
   for (const Index i : dofs(0)) M(i, i) += 0.3;
   for (const Index i : dofs(2)) M(i, i) += 0.5;
-  const Vector lambda = Eigen::GeneralizedSelfAdjointEigenSolver<Matrix>(K, M).eigenvalues();
+  const Vector lambda = generalized_eigenvalues(K, M);
   ASSERT_EQ(form.omega.size(), 90);
   EXPECT_LT((form.omega.cwiseAbs2() - lambda).cwiseAbs().maxCoeff(), 1e-11 * lambda.maxCoeff());
 }
@@ -105,13 +104,13 @@ TEST(CoupledModel, FactorSolvesTheWholeSystem) {
         const Vector f = random_vector(model.n());
         Vector x = f;
         factor.solve(x);
-        const Vector expected = Z * A.ldlt().solve(Z.transpose() * f);
+        const Vector expected = Z * Ldlt(A).solve(Z.transpose() * f);
         EXPECT_LT((x - expected).norm(), 1e-11 * expected.norm());
         // Forces on nodes, answers of nodes
         const Index n_free = free.Z.cols();
         Matrix Y = Matrix::Identity(n_free, n_free);
         factor.solve_free(Y);
-        EXPECT_LT((Y - A.inverse().bottomRightCorner(n_free, n_free)).norm(), 1e-11 * Y.norm());
+        EXPECT_LT((Y - Lu(A).inverse().bottomRightCorner(n_free, n_free)).norm(), 1e-11 * Y.norm());
       }
     }
   }
@@ -139,7 +138,7 @@ TEST(CoupledModel, DofsThatASuperelementHasNotAreLeftOut) {
   const Matrix K = reduced_stiffness(s), M = reduced_mass(s);
   const CoupledModel model = coupled_model(std::make_shared<Superelement>(s));
   EXPECT_EQ(free_dofs(model, {}).Z.cols(), s.c());
-  const Vector lambda = Eigen::GeneralizedSelfAdjointEigenSolver<Matrix>(K, M).eigenvalues();
+  const Vector lambda = generalized_eigenvalues(K, M);
   const DiagonalForm form = diagonal_form(model, {}, "test");
   EXPECT_LT((form.omega.cwiseAbs2() - lambda).cwiseAbs().maxCoeff(), 1e-11 * lambda.maxCoeff());
   // What is held obliquely in the plane x z is held along x: z is not there.
@@ -160,7 +159,7 @@ TEST(CoupledModel, SuperelementBodyTakesItsDiagonalForm) {
   const Index set = body.track({1, 9});
   const NodeResponse response = body.response(set, 1e-7);
   // A short step: the response is h M^-1
-  const Matrix M_inverse = test::whole_mass(model).inverse();
+  const Matrix M_inverse = Lu(test::whole_mass(model)).inverse();
   std::vector<Index> rows;
   for (const Index node : {1, 9})
     for (Index c = 0; c < 3; ++c) rows.push_back(model.n_modal() + 3 * node + c);

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tests/unit/dynamics/coupled_parts.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
 
 #include <random>
+
+#include "common/linalg/dense.hpp"
 
 namespace cbr::test {
 
@@ -48,7 +50,7 @@ ShellModel random_shells(const Points& points, const std::vector<Index>& nodes, 
   std::mt19937 random(5);
   std::normal_distribution<double> normal;
   const Matrix A = Matrix::NullaryExpr(6 * m, 6 * m, [&] { return normal(random); });
-  const Matrix Q = Eigen::HouseholderQR<Matrix>(R).householderQ() * Matrix::Identity(6 * m, 6);
+  const Matrix Q = orthonormal_basis(R);
   const Matrix P = Matrix::Identity(6 * m, 6 * m) - Q * Q.transpose();
   const Matrix K = stiffness * P * A.transpose() * A * P;
   ShellModel shells;

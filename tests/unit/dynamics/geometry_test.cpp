@@ -3,8 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
-
 #include "common/error.hpp"
 #include "tests/unit/dynamics/bricks.hpp"
 

@@ -2,12 +2,12 @@
 // A superelement as other makers write them: nodes inside are clamped, so that it has no rigid motions.
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
 #include <cmath>
 #include <memory>
 #include <numbers>
 
 #include "common/error.hpp"
+#include "common/linalg/dense.hpp"
 #include "common/linalg/eigenpairs.hpp"
 #include "common/superelement_check.hpp"
 #include "dynamics/bodies/superelement_body.hpp"
@@ -33,7 +33,7 @@ Superelement clamped() {
       for (Index d = 0; d < 3; ++d) I.push_back(3 * static_cast<Index>(i) + d);
   const Matrix K_II = Matrix(p.K_II)(I, I), M_II = Matrix(p.M_II)(I, I), K_IC = Matrix(p.K_IC)(I, Eigen::all),
                M_IC = Matrix(p.M_IC)(I, Eigen::all);
-  const Matrix Psi = -K_II.llt().solve(K_IC), Y = M_IC + M_II * Psi;
+  const Matrix Psi = -Cholesky(K_II).solve(K_IC), Y = M_IC + M_II * Psi;
   const Eigenpairs modes = dense_eigenpairs(K_II, M_II, 8);
   s.K_cc = Matrix(p.K_CC) + K_IC.transpose() * Psi, s.M_cc = Matrix(p.M_CC) + Psi.transpose() * Y + M_IC.transpose() * Psi;
   s.K_cc = (0.5 * (s.K_cc + s.K_cc.transpose())).eval(), s.M_cc = (0.5 * (s.M_cc + s.M_cc.transpose())).eval();
@@ -42,7 +42,7 @@ Superelement clamped() {
   return s;
 }
 
-Eigen::GeneralizedSelfAdjointEigenSolver<Matrix> reference(const Superelement& s) { return {reduced_stiffness(s), reduced_mass(s)}; }
+SymmetricEigen reference(const Superelement& s) { return generalized_eigen(reduced_stiffness(s), reduced_mass(s)); }
 
 TEST(HeldInside, IsReadAndHasNoRigidMotions) {
   Superelement s = clamped();
@@ -51,8 +51,8 @@ TEST(HeldInside, IsReadAndHasNoRigidMotions) {
   check(s, "s.h5");
   check_rigid_motions(s, "s.h5");  // throws if it asks for the rigid motions that there are not
   const auto dense = reference(s);
-  const Vector omega = dense.eigenvalues().cwiseSqrt();
-  const Matrix E = dense.eigenvectors().transpose() * reduced_mass(s) * reduced_rigid_modes(s, s.rigid_body.center);
+  const Vector omega = dense.values.cwiseSqrt();
+  const Matrix E = dense.vectors.transpose() * reduced_mass(s) * reduced_rigid_modes(s, s.rigid_body.center);
   const DiagonalForm form = free_diagonal_form(s, "s.h5");
   EXPECT_EQ(form.n_rigid, 0);
   EXPECT_LT((form.omega - omega).cwiseQuotient(omega).cwiseAbs().maxCoeff(), 1e-9);
@@ -60,7 +60,7 @@ TEST(HeldInside, IsReadAndHasNoRigidMotions) {
   // The maker's own diagonal form, with and without the matrices beside it
   for (const bool with_matrices : {true, false}) {
     Superelement stored = clamped();
-    stored.omega = omega, stored.V = dense.eigenvectors();
+    stored.omega = omega, stored.V = dense.vectors;
     if (!with_matrices) stored.K_cc.resize(0, 0), stored.M_cc.resize(0, 0), stored.M_kc.resize(0, 0);
     EXPECT_TRUE(is_held_inside(stored));
     check_rigid_motions(stored, "s.h5");
@@ -74,12 +74,12 @@ TEST(HeldInside, IsReadAndHasNoRigidMotions) {
 TEST(HeldInside, SwingsAsItsMatricesSay) {
   const auto s = std::make_shared<Superelement>(clamped());
   const auto dense = reference(*s);
-  const Vector omega = dense.eigenvalues().cwiseSqrt();
+  const Vector omega = dense.values.cwiseSqrt();
   Placement placement;
   placement.velocity = Vector3(0.3, -1, 0.5);
   Vector start = Vector::Zero(s->n());
   for (Index i = 0; i < s->c(); ++i) start(s->k() + i) = placement.velocity[s->dof_component[i]];
-  const Vector rates = dense.eigenvectors().transpose() * reduced_mass(*s) * start;
+  const Vector rates = dense.vectors.transpose() * reduced_mass(*s) * start;
   Superelement copy = *s;
   const auto form = std::make_shared<DiagonalForm>(free_diagonal_form(copy, "s.h5"));
   for (const Scheme scheme : {Scheme::exact, Scheme::central_difference, Scheme::newmark}) {
@@ -96,7 +96,7 @@ TEST(HeldInside, SwingsAsItsMatricesSay) {
       body.accept();
       if (step % 10 != 9) continue;
       const double t = (step + 1) * h;
-      const Vector q = dense.eigenvectors() * rates.cwiseProduct(omega.unaryExpr([&](double w) { return std::sin(w * t) / w; }));
+      const Vector q = dense.vectors * rates.cwiseProduct(omega.unaryExpr([&](double w) { return std::sin(w * t) / w; }));
       Points x;
       body.positions(set, x);
       const Points u = x - body.reference_positions();
@@ -118,8 +118,8 @@ TEST(HeldInside, MoreDirectionsHeldLeaveNoRigidMotions) {
   for (Index i = 0; i < s.n(); ++i)
     if (i < s.k() || s.dof_node[i - s.k()] != 0) left.push_back(i);
   const Matrix K = reduced_stiffness(s)(left, left), M = reduced_mass(s)(left, left);
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix> dense(K, M, Eigen::EigenvaluesOnly);
-  const Vector omega = dense.eigenvalues().cwiseSqrt();
+  const Vector dense = generalized_eigenvalues(K, M);
+  const Vector omega = dense.cwiseSqrt();
   const DiagonalForm form = held_diagonal_form(s, held, "s.h5");
   EXPECT_EQ(form.n_rigid, 0);
   ASSERT_EQ(form.omega.size(), omega.size());

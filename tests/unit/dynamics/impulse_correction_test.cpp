@@ -3,13 +3,14 @@
 // come and go, laws mixed, singular responses, bodies that share a block in different axes.
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cmath>
 #include <random>
 #include <utility>
 
+#include "common/linalg/dense.hpp"
 #include "dynamics/contact/dense_panels.hpp"
 #include "dynamics/contact/enforcement.hpp"
 #include "dynamics/contact/kept_factor.hpp"
@@ -162,8 +163,8 @@ TEST(ImpulseCorrection, PointsComeAndGo) {
 // 20 coordinates.
 Matrix singular_response() {
   const Matrix S = response_of_face(9);
-  const Eigen::SelfAdjointEigenSolver<Matrix> modes(S);
-  const Matrix V = modes.eigenvectors().rightCols(20) * modes.eigenvalues().tail(20).cwiseSqrt().asDiagonal();
+  const SymmetricEigen modes = symmetric_eigen(S);
+  const Matrix V = modes.vectors.rightCols(20) * modes.values.tail(20).cwiseSqrt().asDiagonal();
   return V * V.transpose();
 }
 

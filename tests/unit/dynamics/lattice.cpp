@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tests/unit/dynamics/lattice.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
+
+#include "common/linalg/dense.hpp"
 
 namespace cbr::test {
 
@@ -92,10 +94,10 @@ Superelement reduce(const Lattice& body, const std::vector<Index>& interface_nod
   Vector m(3 * body.mass.size());
   for (Index i = 0; i < m.size(); ++i) m[i] = body.mass[i / 3];
   const Matrix K_II = body.K(I, I), K_IC = body.K(I, c), M_II = Vector(m(I)).asDiagonal();
-  const Matrix Psi = -K_II.ldlt().solve(K_IC);
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix> modes(K_II, M_II);
-  const Matrix Phi = modes.eigenvectors().leftCols(k);
-  s.eigenvalues = modes.eigenvalues().head(k);
+  const Matrix Psi = -Ldlt(K_II).solve(K_IC);
+  const SymmetricEigen modes = generalized_eigen(K_II, M_II);
+  const Matrix Phi = modes.vectors.leftCols(k);
+  s.eigenvalues = modes.values.head(k);
   s.K_cc = Matrix(body.K(c, c)) + K_IC.transpose() * Psi;
   s.K_cc = (0.5 * (s.K_cc + s.K_cc.transpose())).eval();
   s.M_cc = Psi.transpose() * M_II * Psi;
@@ -109,10 +111,10 @@ Superelement reduce(const Lattice& body, const std::vector<Index>& interface_nod
 }
 
 void store_diagonal_form(Superelement& s) {
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix> modes(reduced_stiffness(s), reduced_mass(s));
-  s.omega = modes.eigenvalues().cwiseMax(0).cwiseSqrt();
+  const SymmetricEigen modes = generalized_eigen(reduced_stiffness(s), reduced_mass(s));
+  s.omega = modes.values.cwiseMax(0).cwiseSqrt();
   s.omega.head(6).setZero();
-  s.V = modes.eigenvectors();
+  s.V = modes.vectors;
 }
 
 Model model(Superelement s) {

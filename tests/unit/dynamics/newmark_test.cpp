@@ -2,7 +2,7 @@
 // A superelement under Newmark's method and HHT-alpha.
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
 
 #include <cmath>
 #include <cstdio>
@@ -11,6 +11,7 @@
 #include <random>
 #include <utility>
 
+#include "common/linalg/dense.hpp"
 #include "dynamics/bodies/superelement_body.hpp"
 #include "tests/unit/dynamics/lattice.hpp"
 
@@ -61,15 +62,15 @@ TEST(Newmark, IsTheSchemeOfTheDenseMatrices) {
     f.segment<3>(s.k() + 21) << 3, -1, 2;
     p.segment<3>(s.k() + 6) << 1, 0, -3;
     p.segment<3>(s.k() + 15) << 0.3, 1, 2;
-    Vector a = M.ldlt().solve(f);
+    Vector a = Ldlt(M).solve(f);
     double t = 0;
     for (int step = 0; step < 60; ++step) {
       const double h = (step < 40 ? 3.0 : 0.7) / body.largest_frequency(), f0 = history_value(ramp, t),
                    f1 = history_value(ramp, t + h);
-      const Vector push = M.ldlt().solve(step % 9 == 3 ? p : Vector(Vector::Zero(s.n())));
+      const Vector push = Ldlt(M).solve(step % 9 == 3 ? p : Vector(Vector::Zero(s.n())));
       const Vector start = q + h * v + h * h * (0.5 - beta) * a + 0.5 * h * push;
       const Vector a1 =
-          (M + (1 + alpha) * beta * h * h * K).ldlt().solve((1 + alpha) * (f1 * f - K * start) - alpha * (f0 * f - K * q));
+          Ldlt(M + (1 + alpha) * beta * h * h * K).solve((1 + alpha) * (f1 * f - K * start) - alpha * (f0 * f - K * q));
       v += h * ((1 - gamma) * a + gamma * a1) + push;
       q = start + h * h * beta * a1;
       a = a1;
@@ -92,7 +93,7 @@ TEST(Newmark, ResponseIsWhatImpulsesDoAndTheInverseOfTheSystemMatrix) {
     for (const double share : {0.5, 2.0, 300.0}) {
       const double h = share / body.largest_frequency();
       const NodeResponse S = body.response(set, h);
-      EXPECT_GT(Eigen::SelfAdjointEigenSolver<Matrix>(S.dense()).eigenvalues().minCoeff(), 0);
+      EXPECT_GT(symmetric_eigenvalues(S.dense()).minCoeff(), 0);
       Points before, after;
       body.predict(0, h);
       body.predicted_positions(set, before);
@@ -110,7 +111,7 @@ TEST(Newmark, ResponseIsWhatImpulsesDoAndTheInverseOfTheSystemMatrix) {
     const double h = 5 / upright.largest_frequency();
     const NewmarkOptions newmark{alpha};
     const Matrix A = reduced_mass(s) + newmark.stiffness_factor(h) * reduced_stiffness(s);
-    const Matrix expected = (0.5 * h * A.inverse()).block<3, 3>(s.k() + 12, s.k() + 12);
+    const Matrix expected = (0.5 * h * Lu(A).inverse()).block<3, 3>(s.k() + 12, s.k() + 12);
     EXPECT_LT((upright.response(one, h).dense() - expected).norm(), 1e-10 * expected.norm());
   }
 }

@@ -2,7 +2,8 @@
 // W against its definition, column by column: impulses spread, bodies moved, gaps read again.
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
 
 #include <random>
 

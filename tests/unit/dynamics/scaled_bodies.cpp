@@ -2,7 +2,6 @@
 #include "tests/unit/dynamics/scaled_bodies.hpp"
 
 #include <gtest/gtest.h>
-#include <Eigen/Dense>
 
 #include <algorithm>
 #include <cmath>

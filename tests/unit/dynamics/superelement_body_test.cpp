@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "common/linalg/dense.hpp"
 #include "dynamics/bodies/superelement_body.hpp"
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
 
 #include <cmath>
 #include <numeric>
@@ -85,7 +86,7 @@ TEST(SuperelementBody, ResponseIsWhatImpulsesDo) {
     const double h = 1.9 / body.largest_frequency();
     const NodeResponse S = body.response(set, h);
     EXPECT_FALSE(S.is_diagonal());
-    EXPECT_GT(Eigen::SelfAdjointEigenSolver<Matrix>(S.dense()).eigenvalues().minCoeff(), 0);
+    EXPECT_GT(symmetric_eigenvalues(S.dense()).minCoeff(), 0);
     Points before, after;
     body.predict(0, h);
     body.predicted_positions(set, before);
@@ -129,7 +130,7 @@ TEST(SuperelementBody, AllModesAreTheFullModel) {
   // Exact motion of the full model from its own eigenvectors, against the superelement with every mode kept.
   Vector m(3 * N);
   for (Index i = 0; i < 3 * N; ++i) m[i] = full.mass[i / 3];
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix> modes(full.K, Matrix(m.asDiagonal()));
+  const SymmetricEigen modes = generalized_eigen(full.K, Matrix(m.asDiagonal()));
   const auto nodes = test::x_nodes(full, true, true);
   const auto model = test::model(test::reduce(full, nodes, 3 * (N - static_cast<Index>(nodes.size()))));
   SuperelementBody body("body", model.superelement, model.form, Placement{}, Scheme::exact);
@@ -142,10 +143,10 @@ TEST(SuperelementBody, AllModesAreTheFullModel) {
   body.predict(0, t);
   body.add_impulses(set, p);
   body.accept();
-  const Vector lambda = modes.eigenvalues();
-  Vector eta = modes.eigenvectors().transpose() * impulse;
+  const Vector lambda = modes.values;
+  Vector eta = modes.vectors.transpose() * impulse;
   for (Index j = 0; j < eta.size(); ++j) eta[j] *= j < 6 ? t : std::sin(std::sqrt(lambda[j]) * t) / std::sqrt(lambda[j]);
-  const Vector u = modes.eigenvectors() * eta;
+  const Vector u = modes.vectors * eta;
   Points x;
   body.positions(set, x);
   for (Index i = 0; i < p.rows(); ++i)
@@ -210,7 +211,7 @@ TEST(SuperelementBody, CentralDifferencesAreThoseOfTheDenseMass) {
   p[s.k() + 6] = 1, p[s.k() + 8] = -3;
   Points impulse(1, 3);
   impulse << 1, 0, -3;
-  const auto mass = M.ldlt();
+  const Ldlt mass(M);
   for (int step = 0; step < 50; ++step) {
     v -= h * mass.solve(K * q);
     if (step == 3) v += mass.solve(p);
@@ -315,10 +316,10 @@ Superelement two_parts() {
 TEST(DiagonalForm, OfAComponentOfTwoPartsNeedsNoMatrices) {
   Superelement s = two_parts();
   const Matrix M = reduced_mass(s), R = reduced_rigid_modes(s, s.rigid_body.center);
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix> modes(reduced_stiffness(s), M);
-  s.omega = modes.eigenvalues().cwiseMax(0).cwiseSqrt();
+  const SymmetricEigen modes = generalized_eigen(reduced_stiffness(s), M);
+  s.omega = modes.values.cwiseMax(0).cwiseSqrt();
   s.omega.head(12).setZero();
-  s.V = modes.eigenvectors();
+  s.V = modes.vectors;
   ASSERT_GT(s.omega[12], 1e-4 * s.omega.maxCoeff());
   const Matrix expected = s.V.transpose() * M * R;
   // As read for a run in diagonal form: without K_cc, M_cc, M_kc.

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What a reduction says of its own errors, held against the full model.
+#include "common/linalg/dense.hpp"
 #include "reducer/accuracy.hpp"
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -228,7 +228,7 @@ TEST_P(Accuracy, StrainLeftOutIsThatOfAnAcceleratedInterface) {
   options.recovery = true;
   const Superelement s = reduced(mesh, options, GetParam());
   const Matrix& Phi = s.recovery.at(0).Phi;
-  const Eigen::LLT<Matrix> K_II{Matrix(f.p.K_II)};
+  const Cholesky K_II{Matrix(f.p.K_II)};
   const Matrix Y = f.p.M_IC * Matrix(reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c())) +
                    f.p.M_II * s.recovery.at(0).Psi * reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c());
   Vector direction(6);
@@ -263,8 +263,8 @@ TEST_P(Accuracy, FlatImpactLosesWhatStoppingTheFaceTakes) {
     for (Index i = 0; i < s.c(); ++i)
       for (std::size_t j = 0; j < nodes.size(); ++j)
         if (s.dof_node[i] == nodes[j] && s.dof_component[i] == 0) G(static_cast<Index>(j), s.k() + i) = 1;
-    const Matrix X = M.llt().solve(G.transpose());
-    const Vector after = v - X * Matrix(G * X).llt().solve(G * v);
+    const Matrix X = Cholesky(M).solve(G.transpose());
+    const Vector after = v - X * Cholesky(Matrix(G * X)).solve(G * v);
     const double lost = 1 - after.dot(M * after) / v.dot(M * v);
     EXPECT_NEAR(s.accuracy->surfaces.at(surface.name).impact, lost, 1e-9);
     EXPECT_LT(lost, s.accuracy->rho_res(0));  // all of the surface stopped

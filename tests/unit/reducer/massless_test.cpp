@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "common/linalg/dense.hpp"
 #include "reducer/massless.hpp"
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
 #include <cmath>
 
 #include "common/linalg/eigenpairs.hpp"
@@ -141,7 +141,7 @@ TEST_P(MasslessReduction, ComplianceInMotionConverges) {
 
 // With the interface held: the largest eigenvalue of diag(lambda) + V^T F^-1 V.
 Vector held(const Superelement& s) {
-  Matrix K = s.massless.V.transpose() * s.massless.F.llt().solve(s.massless.V);
+  Matrix K = s.massless.V.transpose() * Cholesky(s.massless.F).solve(s.massless.V);
   K.diagonal() += s.eigenvalues;
   return dense_eigenpairs(K, K.rows()).lambda;
 }

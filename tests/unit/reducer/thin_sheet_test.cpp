@@ -2,8 +2,6 @@
 // Sheets so thin that K_II loses most of its digits: rigid motions stay exact, and frequencies as good as round-off lets them.
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
-
 #include "common/error.hpp"
 #include "common/linalg/eigenpairs.hpp"
 #include "reducer/domains.hpp"
