@@ -122,7 +122,7 @@ SparseMatrix orthonormal(const SparseMatrix& R_C) {
 SparseMatrix content(const SparseMatrix& R_C, const Matrix& m, const Matrix& S) {
   Matrix G(m.cols(), m.rows());
   for (Index first = 0; first < R_C.cols(); first += 6)
-    G.middleRows(first, 6) = S.block(first, first, 6, 6).partialPivLu().solve(m.middleCols(first, 6).transpose());
+    G.middleRows(first, 6) = Lu(S.block(first, first, 6, 6)).solve(m.middleCols(first, 6).transpose());
   return G.sparseView(0.0, 0.0);
 }
 

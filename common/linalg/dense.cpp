@@ -25,9 +25,7 @@ void Cholesky::solve_in_place(Eigen::Ref<Matrix> X) const {
 }
 
 void Cholesky::solve_lower_in_place(Eigen::Ref<Matrix> X) const { L_.triangularView<Eigen::Lower>().solveInPlace(X); }
-void Cholesky::solve_upper_in_place(Eigen::Ref<Matrix> X) const {
-  L_.adjoint().triangularView<Eigen::Upper>().solveInPlace(X);
-}
+void Cholesky::solve_upper_in_place(Eigen::Ref<Matrix> X) const { L_.adjoint().triangularView<Eigen::Upper>().solveInPlace(X); }
 void Cholesky::divide_by_upper(Eigen::Ref<Matrix> X) const { cbr::divide_by_upper(L_, X); }
 Matrix Cholesky::times_upper(const Matrix& B) const { return L_.adjoint().triangularView<Eigen::Upper>() * B; }
 

@@ -66,8 +66,10 @@ class Ldlt {
 
   template <class Derived>
   DenseSolution<Derived> solve(const Eigen::MatrixBase<Derived>& b) const {
-    if constexpr (Derived::ColsAtCompileTime == 1) return solve_vector(b);
-    else return solve_matrix(b);
+    if constexpr (Derived::ColsAtCompileTime == 1)
+      return solve_vector(b);
+    else
+      return solve_matrix(b);
   }
 
  private:
@@ -84,15 +86,17 @@ class Lu {
  public:
   explicit Lu(Matrix A);  // std::move(A) takes no copy
 
-  double smallest_pivot() const;  // the least |U_ii|
-  Matrix inverse() const;         // A^-1
+  double smallest_pivot() const;               // the least |U_ii|
+  Matrix inverse() const;                      // A^-1
   Vector solve_vector(const Vector& b) const;  // A^-1 b
   Matrix solve_matrix(const Matrix& B) const;  // A^-1 B
 
   template <class Derived>
   DenseSolution<Derived> solve(const Eigen::MatrixBase<Derived>& b) const {
-    if constexpr (Derived::ColsAtCompileTime == 1) return solve_vector(b);
-    else return solve_matrix(b);
+    if constexpr (Derived::ColsAtCompileTime == 1)
+      return solve_vector(b);
+    else
+      return solve_matrix(b);
   }
 
  private:
@@ -129,8 +133,10 @@ class PivotedQr {
 
   template <class Derived>
   DenseSolution<Derived> solve(const Eigen::MatrixBase<Derived>& b) const {
-    if constexpr (Derived::ColsAtCompileTime == 1) return solve_vector(b);
-    else return solve_matrix(b);
+    if constexpr (Derived::ColsAtCompileTime == 1)
+      return solve_vector(b);
+    else
+      return solve_matrix(b);
   }
 
  private:

@@ -53,8 +53,9 @@ bool replace_rigid_modes(const Matrix& R, const RigidBody& body, DiagonalForm& f
   const double spanned = (V_r - R_s * X).norm() / V_r.norm();
   const double normal = (X.transpose() * mass * X - Matrix6::Identity()).norm();
   if (spanned > 1e-6 || normal > 1e-6) return false;
-  form.V.leftCols(6) = R_s;
-  divide_by_upper(*L, form.V.leftCols(6));
+  Matrix exact = R_s;
+  divide_by_upper(*L, exact);
+  form.V.leftCols(6) = exact;
   form.E = Matrix::Zero(form.omega.size(), 6);
   form.E.topRows(6) = L->transpose() * S.diagonal().cwiseInverse().asDiagonal();
   return true;
@@ -198,7 +199,7 @@ DiagonalForm free_diagonal_form(Superelement& s, const std::string& where) {
   if (s.M_cc.rows() == s.c()) {
     form.E.noalias() = form.V.transpose() * mass_times_rigid(s, R);
   } else {
-    form.E = Matrix(form.V).partialPivLu().solve(R);
+    form.E = Lu(form.V).solve(R);
   }
   return form;
 }

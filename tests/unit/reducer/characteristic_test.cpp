@@ -87,7 +87,7 @@ TEST(Characteristic, RigidMotionsCarryAllMassWhateverIsKept) {
       ReductionFigures figures;
       const Superelement s = reduced(mesh, characteristic({"surface"}, 8, of), &figures, kind);
       const Matrix R = reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c());
-      const Matrix V_r = s.characteristic.V.leftCols(6), E = V_r.colPivHouseholderQr().solve(R), mass = E.transpose() * E;
+      const Matrix V_r = s.characteristic.V.leftCols(6), E = PivotedQr(V_r).solve(R), mass = E.transpose() * E;
       EXPECT_LT((V_r * E - R).norm(), 1e-11 * R.norm());
       EXPECT_LT(relative(mass.topLeftCorner(3, 3), s.rigid_body.mass * Matrix3::Identity()), 1e-10);
       EXPECT_LT(relative(mass.bottomRightCorner(3, 3), s.rigid_body.inertia), 1e-10);
@@ -162,7 +162,7 @@ TEST(Characteristic, RecoveryMovesTheInteriorAlong) {
   const auto& recovery = s.recovery.at(0);
   ASSERT_EQ(recovery.Phi.cols(), s.k());
   const Matrix R = reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c());
-  const Matrix q = s.characteristic.V.leftCols(6).colPivHouseholderQr().solve(R);
+  const Matrix q = PivotedQr(s.characteristic.V.leftCols(6)).solve(R);
   const Matrix u = recovery.Psi * R + recovery.Phi.leftCols(6) * q;
   for (Index i = 0; i < recovery.coordinates.rows(); ++i) {
     const Vector3 arm = recovery.coordinates.row(i).transpose() - s.rigid_body.center;
