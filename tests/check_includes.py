@@ -3,7 +3,8 @@
 """Holds the directions of includes and the house's other rules that a script can see.
 
 reducer, skinner and dynamics include common and themselves, never each other; common includes nothing above it; dynamics/contact sees
-no body; each third-party C header stands in one .cpp; only report.cpp and program.cpp print. Exit 1 and a line per breach.
+no body; each third-party C header stands in one .cpp; only report.cpp and program.cpp print. Eigen's decompositions, which take the
+compiler seconds a file, stand in common/linalg, in tests too. Exit 1 and a line per breach.
 """
 import pathlib
 import re
@@ -19,10 +20,34 @@ ONE_PLACE = {
 INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]', re.M)
 PRINTS = re.compile(r"std::(cerr|cout|clog)\b|\b(f?printf|puts)\s*\(")
 MAY_PRINT = {"common/report.cpp", "common/program.cpp"}
+# Eigen/LU is more than a decomposition: inverse() and determinant() of small matrices.
+DECOMPOSITION_HEADER = re.compile(
+    r"^(unsupported/)?Eigen/(Dense|Eigen|Sparse|Cholesky|QR|SVD|Eigenvalues|SparseCholesky|SparseLU|SparseQR|IterativeLinearSolvers)$")
+DECOMPOSITION = re.compile(
+    r"\b(LLT|LDLT|\w*HouseholderQR|\w*EigenSolver|CompleteOrthogonalDecomposition|JacobiSVD|BDCSVD|FullPivLU|PartialPivLU|SparseLU"
+    r"|Simplicial\w+)\s*<"
+    r"|\.(llt|ldlt|lu|partialPivLu|fullPivLu|\w*[hH]ouseholderQr|jacobiSvd|bdcSvd|eigenvalues)\(\)")
+# The element matrix of every hexahedron: 9 x 9, unrolled.
+MAY_DECOMPOSE = {"common/elements/hex8.cpp"}
+
+
+def decompositions(name, text):
+    """Breaches of the rule that a decomposition is instantiated in common/linalg alone."""
+    if name.startswith("common/linalg/dense") or name.startswith("common/linalg/sparse_lu.cpp") or name in MAY_DECOMPOSE:
+        return
+    for header in INCLUDE.findall(text):
+        if DECOMPOSITION_HEADER.match(header):
+            yield f"{name}: includes {header}: use common/linalg/dense.hpp or sparse_lu.hpp, or Eigen/Geometry and Eigen/LU for small matrices"
+    for line in text.splitlines():
+        found = DECOMPOSITION.search(line.split("//")[0])
+        if found:
+            yield f"{name}: {found.group().strip()}: use common/linalg/dense.hpp, which is compiled once"
 
 
 def main():
     breaches, users = [], {}
+    for path in sorted((ROOT / "tests").rglob("*.[ch]pp")):
+        breaches += decompositions(path.relative_to(ROOT).as_posix(), path.read_text())
     for part in PARTS:
         for path in sorted((ROOT / part).rglob("*.[ch]pp")):
             name, text = path.relative_to(ROOT).as_posix(), path.read_text()
@@ -37,6 +62,7 @@ def main():
                 for wanted in ONE_PLACE:
                     if header == wanted or header.endswith("/" + wanted):
                         users.setdefault(wanted, []).append(name)
+            breaches += decompositions(name, text)
             if PRINTS.search(text) and name not in MAY_PRINT:
                 breaches.append(f"{name}: prints: only {', '.join(sorted(MAY_PRINT))} may")
             if path.name == "main.cpp" and text.count("\n") > 60:
