@@ -2,12 +2,12 @@
 #include "reducer/statics.hpp"
 
 #include <Eigen/Geometry>
-#include <Eigen/QR>
 #include <algorithm>
 #include <map>
 #include <set>
 
 #include "common/error.hpp"
+#include "common/linalg/dense.hpp"
 #include "common/linalg/dense_factor.hpp"
 
 namespace cbr {
@@ -193,7 +193,7 @@ InteriorInertia interior_inertia(const RigidMotions& rigid, const SparseCholesky
 
 Matrix inertia_of(const InteriorInertia& inertia, const Matrix& R) {
   if (inertia.Q.size() == 0) return Matrix::Zero(R.cols(), R.cols());
-  const Matrix X = Eigen::ColPivHouseholderQR<Matrix>(inertia.R_C).solve(R);
+  const Matrix X = PivotedQr(inertia.R_C).solve(R);
   return X.transpose() * inertia.Q * X;
 }
 

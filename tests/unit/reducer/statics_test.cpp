@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Statics that basis characteristic keeps, against dense matrices of the whole component.
+#include "common/linalg/dense.hpp"
 #include "reducer/statics.hpp"
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
 #include <cmath>
 
 #include "common/assembly.hpp"
@@ -44,10 +44,11 @@ Matrix dense_answers(const Mesh& mesh, MassKind mass, const Matrix& B) {
   Points x(static_cast<Index>(model.nodes.size()), 3);
   for (Index i = 0; i < x.rows(); ++i) x.row(i) = mesh.coordinates.row(model.nodes[static_cast<std::size_t>(i)]);
   const Matrix R = rigid_modes(x, rigid_body(model.M, x).center);
-  const Matrix N = Eigen::LLT<Matrix>(R.transpose() * M * R).matrixL().solve(R.transpose()).transpose();
+  Matrix N = R;
+  Cholesky(R.transpose() * M * R).divide_by_upper(N);
   const Matrix P = M * N;
   const double scale = K.diagonal().mean() / P.squaredNorm();
-  const Eigen::LDLT<Matrix> factor(K + scale * P * P.transpose());
+  const Ldlt factor(K + scale * P * P.transpose());
   const Matrix U = factor.solve(B - P * (N.transpose() * B));
   return U - N * (P.transpose() * U);
 }
@@ -83,7 +84,7 @@ TEST(Statics, OfAnyForceOnAFaceAreExact) {
         const double largest = exact.cwiseAbs().maxCoeff();
         EXPECT_LT((of_modes(s) + statics.F - exact).cwiseAbs().maxCoeff(), 1e-9 * largest) << slides << fixed;
         // Shapes are a part of what the component can do, so that nothing negative is left
-        const Vector left = Eigen::SelfAdjointEigenSolver<Matrix>(statics.F).eigenvalues();
+        const Vector left = symmetric_eigenvalues(statics.F);
         EXPECT_GT(left.minCoeff(), -1e-11 * largest) << slides << fixed;
         EXPECT_GT(left.maxCoeff(), 1e-3 * largest) << slides << fixed;
       }
