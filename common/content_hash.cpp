@@ -79,7 +79,7 @@ std::string statics_text(const CharacteristicOptions& options, const InterfaceNe
 }
 
 std::string characteristic_text(const CharacteristicOptions& options, const InterfaceNeeds& needs) {
-  std::string text = "characteristic modes " + std::to_string(options.modes) + "\n";
+  std::string text = "characteristic modes of the free component " + std::to_string(options.modes) + "\n";
   std::vector<std::string> keep = options.keep;
   keep.insert(keep.end(), needs.held.begin(), needs.held.end());
   for (const auto& set : as_set(keep)) text += "keep " + counted(set) + "\n";

@@ -40,22 +40,6 @@ bool is_nearly_flat(const Superelement& s, const Surface& surface) {
   return whole.norm() > nearly_flat * face_weights(surface, s.coordinates).sum();
 }
 
-// With residual vectors, which have a part of every mode, the modes that were dropped are not apart from the others any more.
-ModesNotKept settled(ModesNotKept m, const Partition& p, const SparseCholesky& factor, const Superelement& s) {
-  const Index n_known = s.k() - s.n_residual + m.lambda.size();
-  if (n_known >= p.n_interior()) {
-    m.beyond = 0;
-  } else if (m.beyond == 0) {
-    const auto times_mass = [&](const Vector& x, Vector& y) { y = p.M_II * x; };
-    m.beyond = 1 / largest_eigenvalue(p.n_interior(), times_mass, [&](const Vector& x, Vector& y) { y = factor.solve(Matrix(x)); });
-  }
-  if (s.n_residual > 0 && m.lambda.size() > 0) {
-    m.beyond = m.beyond > 0 ? std::min(m.beyond, m.lambda.minCoeff()) : m.lambda.minCoeff();
-    m.lambda.resize(0), m.Phi.resize(p.n_interior(), 0);
-  }
-  return m;
-}
-
 // Hz, below which no fixed-interface mode is missing.
 double complete_below(const ModesNotKept& m, const Superelement& s) {
   const Index own = s.k() - s.n_residual;
@@ -85,6 +69,21 @@ Matrix pressure_motions(const Superelement& s, const std::vector<const Surface*>
 }
 
 }  // namespace
+
+ModesNotKept settled(ModesNotKept m, const Partition& p, const SparseCholesky& factor, const Superelement& s) {
+  const Index n_known = s.k() - s.n_residual + m.lambda.size();
+  if (n_known >= p.n_interior()) {
+    m.beyond = 0;
+  } else if (m.beyond == 0) {
+    const auto times_mass = [&](const Vector& x, Vector& y) { y = p.M_II * x; };
+    m.beyond = 1 / largest_eigenvalue(p.n_interior(), times_mass, [&](const Vector& x, Vector& y) { y = factor.solve(Matrix(x)); });
+  }
+  if (s.n_residual > 0 && m.lambda.size() > 0) {
+    m.beyond = m.beyond > 0 ? std::min(m.beyond, m.lambda.minCoeff()) : m.lambda.minCoeff();
+    m.lambda.resize(0), m.Phi.resize(p.n_interior(), 0);
+  }
+  return m;
+}
 
 InterfaceMotions interface_motions(const Partition& p, const SparseCholesky& factor, const Superelement& s,
                                    const std::vector<Index>& part, bool of_faces) {
@@ -278,11 +277,9 @@ void look_at_parts(const std::vector<ComponentPart>& parts, const Superelement& 
 
 }  // namespace
 
-Superelement::Accuracy accuracy_of(const Partition& p, const SparseCholesky& factor, const InterfaceMotions& motions,
-                                   const Superelement& s, const Matrix& Phi, Index n_rigid, const ModesNotKept& not_kept,
-                                   const std::vector<ComponentPart>& parts, bool of_faces, FreeEigenvalues* free) {
+Superelement::Accuracy accuracy_of_fixed_modes(const Partition& p, const SparseCholesky& factor, const InterfaceMotions& motions,
+                                               const Superelement& s, const Matrix& Phi, const ModesNotKept& others) {
   Superelement::Accuracy a;
-  a.rho_res = residual_mass_share(s);
   if (p.lumped) {
     Vector3 floor = Vector3::Zero();
     for (Index i = 0; i < s.c(); ++i) floor(s.dof_component[i]) += p.M_CC.coeff(i, i);
@@ -295,13 +292,21 @@ Superelement::Accuracy accuracy_of(const Partition& p, const SparseCholesky& fac
   a.largest_left_out = left.largest;
   for (std::size_t i = 0; i < motions.surfaces.size(); ++i)
     a.surfaces[motions.surfaces[i]].strain_left_out = left.of_motion(InterfaceMotions::n_rigid + static_cast<Index>(i));
+  a.complete_hz = complete_below(others, s);
+  return a;
+}
+
+Superelement::Accuracy accuracy_of(const Partition& p, const SparseCholesky& factor, const InterfaceMotions& motions,
+                                   const Superelement& s, const Matrix& Phi, Index n_rigid, const ModesNotKept& not_kept,
+                                   const std::vector<ComponentPart>& parts, bool of_faces, FreeEigenvalues* free) {
+  const ModesNotKept others = settled(not_kept, p, factor, s);
+  Superelement::Accuracy a = accuracy_of_fixed_modes(p, factor, motions, s, Phi, others);
+  a.rho_res = residual_mass_share(s);
   const bool any_flat =
       of_faces && std::any_of(s.surfaces.begin(), s.surfaces.end(), [&](const Surface& f) { return is_nearly_flat(s, f); });
   const Matrix L = any_flat && s.c() <= largest_dense ? residual_mass_factor(s) : Matrix();
   for (const Surface& surface : s.surfaces)
     if (L.rows() > 0 && is_nearly_flat(s, surface)) a.surfaces[surface.name].impact = impact_share(s, L, surface);
-  const ModesNotKept others = settled(not_kept, p, factor, s);
-  a.complete_hz = complete_below(others, s);
   Estimates estimates;
   if (!parts.empty()) {
     look_at_parts(parts, s, Phi, not_kept, a, estimates);

@@ -55,6 +55,10 @@ struct ModesNotKept {
   std::vector<double> beyond_of_part;  // the same of each part, where it is known better
 };
 
+// With residual vectors, which have a part of every mode, the modes that were dropped are not apart from the others any more; and
+// `beyond`, where it is not known, by Lanczos.
+ModesNotKept settled(ModesNotKept m, const Partition& p, const SparseCholesky& factor, const Superelement& s);
+
 // Elastic eigenvalues of the free component, of the lowest modes of each of its parts.
 struct FreeEigenvalues {
   Vector with_basis, full;   // ascending each; `full`: no eigenvalue of that number of the full model is lower, by the estimate
@@ -73,6 +77,11 @@ constexpr Index n_estimated = 32, n_beside = 16;  // modes that are estimated, a
 Superelement::Accuracy accuracy_of(const Partition& p, const SparseCholesky& factor, const InterfaceMotions& motions,
                                    const Superelement& s, const Matrix& Phi, Index n_rigid, const ModesNotKept& not_kept,
                                    const std::vector<ComponentPart>& parts, bool of_faces, FreeEigenvalues* estimates);
+
+// Of these only what fixed-interface modes leave out; without rho_res. s: eigenvalues and what describes its interface; `others`:
+// settled().
+Superelement::Accuracy accuracy_of_fixed_modes(const Partition& p, const SparseCholesky& factor, const InterfaceMotions& motions,
+                                               const Superelement& s, const Matrix& Phi, const ModesNotKept& others);
 
 // Of a basis that was made of Craig-Bampton's form, whose figures are `a` and `estimates`: its own elastic eigenvalues, ascending,
 // are off by 1 - full / lambda at most, or from below by what Craig-Bampton's are above them.

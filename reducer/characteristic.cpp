@@ -22,30 +22,6 @@ constexpr const char* shapes = "the interface's shapes";
 
 [[noreturn]] void fail(const std::string& what) { throw InputError("characteristic." + what); }
 
-// The surfaces that get responses to patterns of pressure. InputError: one that the interface does not keep.
-std::vector<const Surface*> pressed_surfaces(const CharacteristicOptions& options, const std::vector<char>& is_kept,
-                                             const Superelement& s) {
-  std::vector<const Surface*> pressed;
-  if (options.patterns == 0) return pressed;
-  CharacteristicOptions of = options;
-  of.statics = options.pressure;
-  try {
-    for (const auto& touching : touching_surfaces(options.pressure.empty() ? options : of, s)) pressed.push_back(touching.surface);
-  } catch (const InputError& error) {
-    if (options.pressure.empty()) throw;
-    std::string what = error.what();
-    throw InputError(what.replace(what.find("statics"), 7, "pressure"));
-  }
-  // Of a face that is kept whole the basis has all responses, unless it is asked for
-  if (options.pressure.empty()) {
-    std::erase_if(pressed, [&](const Surface* surface) {
-      const std::vector<Index> nodes = surface_nodes(*surface);
-      return std::all_of(nodes.begin(), nodes.end(), [&](Index node) { return is_kept[static_cast<std::size_t>(node)] != 0; });
-    });
-  }
-  return pressed;
-}
-
 // Dofs of the kept nodes, and the others.
 std::pair<std::vector<Index>, std::vector<Index>> split(const Superelement& s, const std::vector<char>& is_kept) {
   std::pair<std::vector<Index>, std::vector<Index>> dofs;
@@ -58,12 +34,6 @@ std::pair<std::vector<Index>, std::vector<Index>> split(const Superelement& s, c
 void solve_cholesky(const Matrix& L, Matrix& B) {
   L.triangularView<Eigen::Lower>().solveInPlace(B);
   L.transpose().triangularView<Eigen::Upper>().solveInPlace(B);
-}
-
-void require_fewer(Index modes, Index dofs) {
-  if (modes < dofs) return;
-  fail("modes: " + std::to_string(modes) + " asked for, but only " + std::to_string(dofs) +
-       " dofs are to be reduced: take fewer, or basis: craig-bampton, which keeps them all");
 }
 
 // Of all of the interface: rigid motions R and the lowest elastic modes, K_cc X = M_cc X mu   (c x (r + modes))
@@ -248,6 +218,35 @@ Matrix in_span(const Matrix& T, const Matrix& R_c) {
 }
 
 }  // namespace
+
+std::vector<const Surface*> pressed_surfaces(const CharacteristicOptions& options, const std::vector<char>& is_kept,
+                                             const Superelement& s) {
+  std::vector<const Surface*> pressed;
+  if (options.patterns == 0) return pressed;
+  CharacteristicOptions of = options;
+  of.statics = options.pressure;
+  try {
+    for (const auto& touching : touching_surfaces(options.pressure.empty() ? options : of, s)) pressed.push_back(touching.surface);
+  } catch (const InputError& error) {
+    if (options.pressure.empty()) throw;
+    std::string what = error.what();
+    throw InputError(what.replace(what.find("statics"), 7, "pressure"));
+  }
+  // Of a face that is kept whole the basis has all responses, unless it is asked for
+  if (options.pressure.empty()) {
+    std::erase_if(pressed, [&](const Surface* surface) {
+      const std::vector<Index> nodes = surface_nodes(*surface);
+      return std::all_of(nodes.begin(), nodes.end(), [&](Index node) { return is_kept[static_cast<std::size_t>(node)] != 0; });
+    });
+  }
+  return pressed;
+}
+
+void require_fewer(Index modes, Index dofs) {
+  if (modes < dofs) return;
+  fail("modes: " + std::to_string(modes) + " asked for, but only " + std::to_string(dofs) +
+       " dofs are to be reduced: take fewer, or basis: craig-bampton, which keeps them all");
+}
 
 PressureLoads pressure_loads(const Superelement& s, const Surface& surface, bool shear) {
   const NodeAreas areas = node_areas(s, surface);

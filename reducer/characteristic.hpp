@@ -16,7 +16,8 @@ namespace cbr {
 struct CharacteristicFigures {
   Index n_fixed = 0;                    // fixed-interface modes
   Index n_rigid = 0;                    // 0 with kept nodes, whose coordinates have them
-  Index n_modes = 0;                    // characteristic constraint modes
+  Index n_modes = 0;                    // characteristic constraint modes, or modes of the free component
+  bool free_modes = false;              // the latter
   Index n_kept = 0;                     // dofs of kept nodes
   Index n_patterns = 0, n_dropped = 0;  // responses to patterns, and those that the others span already
   double highest = 0;                   // rad/s, of the last characteristic mode
@@ -35,6 +36,13 @@ CharacteristicFigures make_characteristic(const CharacteristicOptions& options, 
 // Condition of its mass and frequencies. The interface dof that a motion without stiffness moves most; -1: there is none.
 Index examine_characteristic(const Superelement& s, const CharacteristicFigures& figures, const std::vector<Index>& part,
                              Conditioning& condition);
+
+// The surfaces that get responses to patterns of pressure: those of `pressure`, or those that touch. is_kept: kept_nodes().
+// InputError: one that the interface does not keep.
+std::vector<const Surface*> pressed_surfaces(const CharacteristicOptions& options, const std::vector<char>& is_kept,
+                                             const Superelement& s);
+// InputError: not fewer shapes than dofs.
+void require_fewer(Index modes, Index dofs);
 
 // Forces of unit pressures at the surface's nodes on the interface's dofs, c x m, or 3 m with shear (x, y, z of each node), and the
 // areas that they act on (m or 3 m): of node_areas().

@@ -12,6 +12,7 @@
 #include "reducer/accuracy.hpp"
 #include "reducer/diagonal_form.hpp"
 #include "reducer/fixed_interface_modes.hpp"
+#include "reducer/free_shapes.hpp"
 #include "reducer/interior_loads.hpp"
 #include "reducer/mode_tolerance.hpp"
 #include "reducer/panel_memory.hpp"
@@ -260,7 +261,90 @@ void look_after(const FreeEigenvalues& free, Index n_rigid, Superelement& s) {
   judge_eigenvalues(s.eigenvalues.tail(s.k() - n_rigid), free, *s.accuracy);
 }
 
+// Accelerations of the interface as a rigid body, and what they ask of the interior; no matrices of the interface are needed.
+InterfaceMotions rigid_accelerations(const Reduction& r, const SparseCholesky& factor, const Superelement& s) {
+  InterfaceMotions motions;
+  const Vector3& center = s.rigid_body.center;
+  const Matrix R_I = rigid_modes(coordinates_of(r, r.p.interior_nodes), center);
+  motions.W = rigid_modes(s.coordinates, center);
+  motions.Y = r.p.M_II * R_I + r.p.M_IC * motions.W;
+  motions.E = motions.Y.transpose() * factor.solve(motions.Y);
+  motions.E = (0.5 * (motions.E + motions.E.transpose())).eval();
+  return motions;
+}
+
+// rho_res: of the mass of a translation what the fixed-interface modes do not have; they have Phi^T (M t)_I of it.
+Vector3 residual_mass_share(const InterfaceMotions& rigid, const Matrix& Phi, double mass) {
+  const Matrix taken = Phi.transpose() * rigid.Y.leftCols(3);
+  return Vector3::Ones() - taken.colwise().squaredNorm().transpose() / mass;
+}
+
+// What the fixed-interface modes leave out, and by how much the lowest frequencies are off: those of the full component are known.
+void add_accuracy_of_shapes(Reduction& r, const SparseCholesky& factor, const FixedInterfaceModes& modes, const Vector& free,
+                            Superelement& s) {
+  const auto phase = r.report.phase("errors");
+  const InterfaceMotions rigid = rigid_accelerations(r, factor, s);
+  Superelement held;
+  held.eigenvalues = modes.lambda, held.rigid_body = s.rigid_body;
+  held.dof_node = s.dof_node, held.dof_component = s.dof_component;
+  s.accuracy = accuracy_of_fixed_modes(r.p, factor, rigid, held, modes.Phi, settled(r.not_kept, r.p, factor, held));
+  s.accuracy->rho_res = r.figures.characteristic.rho = residual_mass_share(rigid, modes.Phi, s.rigid_body.mass);
+  const Vector lambda = s.eigenvalues.tail(s.k() - r.figures.characteristic.n_rigid);
+  const Index n = std::min({lambda.size(), free.size(), n_estimated});
+  FreeEigenvalues known{lambda.head(n), free.head(n).cwiseMin(lambda.head(n))};
+  judge_eigenvalues(lambda, known, *s.accuracy);
+}
+
+// Psi of the interior, column by column   (n_I x c)
+Matrix constraint_modes(const Reduction& r, const SparseCholesky& factor) {
+  Matrix Psi = -Matrix(r.p.K_IC);
+  factor.solve_in_place(Psi);
+  return Psi;
+}
+
+// Basis characteristic by sparse solves alone: two factors, one after the other. False: it is for the way by dense matrices.
+bool reduce_to_free_shapes(Reduction& r, Superelement& s) {
+  const CharacteristicOptions& options = r.options.characteristic;
+  if (!few_enough(options, !has_parts(r), r.p.n_interior(), s)) return false;
+  std::optional<FreeShapes> shapes;
+  s.characteristic.statics = static_forces(options, s);
+  {
+    const auto phase = r.report.phase("shapes and statics");
+    shapes = free_shapes(options, {r.model.K, r.model.M, r.x}, r.p, s.characteristic.statics, s, r.report);
+  }
+  if (!shapes) return false;
+  r.model.K = SparseMatrix(), r.model.M = SparseMatrix();
+  const SparseCholesky factor = factorise(r);
+  r.figures.factor_nonzeros = factor.n_nonzeros(), r.figures.factor_flops = factor.flops();
+  follow_statically(r.p, factor, *shapes);
+  FixedInterfaceModes modes = first_modes(r, factor);
+  r.p.K_II = SparseMatrix(r.p.n_interior(), r.p.n_interior());
+  Condensation coupled;
+  coupled.M_kc = coupling_of_eigenvectors(r.p, modes.lambda, modes.Phi);
+  keep_modes(r, modes, coupled);
+  if (modes.lambda.size() > 0) r.figures.highest_frequency = std::sqrt(modes.lambda.maxCoeff()) / (2 * std::numbers::pi);
+  Matrix interior;
+  {
+    const auto phase = r.report.phase("characteristic modes");
+    r.figures.characteristic = take_free_shapes(*shapes, modes.lambda, modes.Phi, r.p, s, r.options.recovery ? &interior : nullptr);
+    const std::vector<Index> part = parts_of_interface(r);
+    const Index loose = examine_characteristic(s, r.figures.characteristic, part, r.figures.condition);
+    if (loose >= 0) r.figures.condition.loose_node = node_of_interface_dof(r, loose);
+  }
+  add_accuracy_of_shapes(r, factor, modes, shapes->lambda, s);
+  if (!r.options.recovery) return true;
+  const auto phase = r.report.phase("recovery");
+  // u_I = Psi u_c + Phi q, of which the coordinates' own motion of the interface is in Psi u_c
+  Matrix Psi = constraint_modes(r, factor);
+  interior.noalias() -= Psi * s.characteristic.V;
+  add_recovery(r, std::move(Psi), std::move(interior), s);
+  return true;
+}
+
 void condense_and_keep(Reduction& r, Superelement& s) {
+  if (r.options.is_characteristic() && reduce_to_free_shapes(r, s)) return;
+  if (!has_free_modes(r.options)) r.model.K = SparseMatrix(), r.model.M = SparseMatrix();
+  require_memory_for_interface(r.p.n_interface(), machine_memory_bytes());
   const SparseCholesky factor = factorise(r);
   r.figures.factor_nonzeros = factor.n_nonzeros();
   r.figures.factor_flops = factor.flops();
@@ -329,7 +413,7 @@ Superelement reduce_to(const std::vector<Index>* interface, const Mesh& mesh, co
     } else {
       for (const Index node : *interface) kept.push_back(r.model.row[static_cast<std::size_t>(node)]);
     }
-    require_memory_for_interface(3 * static_cast<Index>(kept.size()), machine_memory_bytes());
+    if (!options.is_characteristic()) require_memory_for_interface(3 * static_cast<Index>(kept.size()), machine_memory_bytes());
     r.p = partition(r.model, kept);
     r.part = connected_parts(mesh, r.model);
     if (!settings.is_domain) tell_of_parts(mesh, r.model, r.part, report);
@@ -339,7 +423,7 @@ Superelement reduce_to(const std::vector<Index>* interface, const Mesh& mesh, co
     check_rigid_motions(r, s.rigid_body.center);
     r.figures.n_dofs = r.model.K.rows();
     r.figures.n_interior = r.p.n_interior();
-    if (!has_free_modes(options)) r.model.K = SparseMatrix(), r.model.M = SparseMatrix();
+    if (!has_free_modes(options) && !options.is_characteristic()) r.model.K = SparseMatrix(), r.model.M = SparseMatrix();
   }
   check_interface_holds(mesh, r.model, r.p, r.part);
   describe_interface(r, s);

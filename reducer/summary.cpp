@@ -128,7 +128,9 @@ void say_statics(const StaticShare& statics, Report& report) {
 void say_characteristic(const Superelement& s, const ReductionFigures& figures, Report& report) {
   const CharacteristicFigures& c = figures.characteristic;
   const auto count = [](Index n) { return static_cast<long long>(n); };
-  std::string text = format_text("  interface    %lld of its own modes", count(c.n_modes));
+  std::string text = format_text(
+      c.free_modes ? "  interface    moves as in %lld modes of the free component" : "  interface    %lld of its own modes",
+      count(c.n_modes));
   if (c.n_modes > 0) text += format_text(" up to %.6g Hz", c.highest / (2 * std::numbers::pi));
   text += c.n_kept > 0 ? format_text(", %lld dofs kept", count(c.n_kept)) : format_text(", %lld rigid motions", count(c.n_rigid));
   if (c.n_patterns + c.n_dropped > 0) text += format_text(", %lld responses to patterns of pressure", count(c.n_patterns));

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Statics that basis characteristic keeps, against dense matrices of the whole component.
-#include "common/linalg/dense.hpp"
 #include "reducer/statics.hpp"
+#include "common/linalg/dense.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "common/assembly.hpp"
+#include "reducer/free_shapes.hpp"
 #include "reducer/reduce.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
@@ -89,6 +90,32 @@ TEST(Statics, OfAnyForceOnAFaceAreExact) {
         EXPECT_GT(left.maxCoeff(), 1e-3 * largest) << slides << fixed;
       }
     }
+  }
+}
+
+// The way of large interfaces, which forms no dense matrix of them, on a small one.
+TEST(Statics, OfSparseSolvesAreExactToo) {
+  const Mesh mesh = skewed();
+  for (const bool slides : {false, true}) {
+    const ReductionOptions options = touching({"x_max", "y_max"}, {{"x_max", slides}}, 0);
+    Superelement s = reduced(mesh, options);
+    FiniteElementModel model = assemble(mesh, properties(mesh, soft), MassKind::lumped);
+    const Partition p = partition(model, interface_nodes(mesh, model, {"x_max", "y_max"}));
+    Points x(static_cast<Index>(model.nodes.size()), 3);
+    for (Index i = 0; i < x.rows(); ++i) x.row(i) = mesh.coordinates.row(model.nodes[static_cast<std::size_t>(i)]);
+    Report report("test", Verbosity::quiet);
+    auto shapes = free_shapes(options.characteristic, {model.K, model.M, x}, p, s.characteristic.statics, s, report);
+    ASSERT_TRUE(shapes);
+    const Matrix B = forces_on_component(mesh, s), exact = B.transpose() * dense_answers(mesh, MassKind::lumped, B);
+    const double largest = exact.cwiseAbs().maxCoeff();
+    EXPECT_LT((shapes->compliance - exact).cwiseAbs().maxCoeff(), 1e-9 * largest);
+    follow_statically(p, SparseCholesky(p.K_II), *shapes);
+    const Matrix none(p.n_interior(), 0);
+    take_free_shapes(*shapes, Vector(0), none, p, s, nullptr);
+    check(s, "test");
+    EXPECT_EQ(s.k(), 6 + 4 + 1);
+    EXPECT_LT((of_modes(s) + s.characteristic.statics.F - exact).cwiseAbs().maxCoeff(), 1e-9 * largest);
+    EXPECT_GT(symmetric_eigenvalues(s.characteristic.statics.F).minCoeff(), -1e-11 * largest);
   }
 }
 
