@@ -18,7 +18,7 @@ double history_value(const History& history, double t) {
   return history.value[after - 1] + (history.value[after] - history.value[after - 1]) * (t - t0) / (t1 - t0);
 }
 
-void Body::add_answered_impulses(Index set, const Points& contact, const Points& friction, const Points&) {
+void Body::add_answered_impulses(Index set, const Points& contact, const Points& friction, const Points&, const Vector&) {
   if (!contact.isZero(0)) add_impulses(set, contact, ImpulseKind::contact);
   if (!friction.isZero(0)) add_impulses(set, friction, ImpulseKind::friction);
 }

@@ -76,9 +76,10 @@ class Body {
   // Impulses (force x time) on the set's nodes at the start of the step: n x 3, scene axes.
   virtual void add_impulses(Index set, const Points& impulses, ImpulseKind kind) = 0;
   void add_impulses(Index set, const Points& impulses) { add_impulses(set, impulses, ImpulseKind::contact); }
-  // All impulses of a step on the set at once, from a caller that knows `move`, response() of the step times contact + friction: a
-  // body that needs that product is spared it.
-  virtual void add_answered_impulses(Index set, const Points& contact, const Points& friction, const Points& move);
+  // All impulses of a step on the set at once, from a caller that knows `move`, response() of the step times contact + friction,
+  // and of a thin response `still`, the share of its static rows: a body that needs that product is spared it.
+  virtual void add_answered_impulses(Index set, const Points& contact, const Points& friction, const Points& move,
+                                     const Vector& still);
   // Changes the velocities of the set's nodes (n x 3, scene axes), and of no other coordinate, such that the end moves by h times
   // as much: what a nodal (kinematic) enforcement does. Row sums do not tell all of the momentum that this brings; what is missing
   // from `momentum` is made up by a velocity that all nodes of the set get, which is returned.

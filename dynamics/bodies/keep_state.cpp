@@ -2,7 +2,7 @@
 // What each kind of body keeps from step to step. Not what it is built of, nor what follows from that and the length of a step.
 #include "common/state_archive.hpp"
 #include "dynamics/bodies/coupled_body.hpp"
-#include "dynamics/bodies/massless_body.hpp"
+#include "dynamics/bodies/statics_body.hpp"
 #include "dynamics/bodies/mesh_body.hpp"
 #include "dynamics/bodies/scaled_body.hpp"
 #include "dynamics/bodies/superelement_body.hpp"
@@ -26,7 +26,7 @@ void SuperelementBody::keep_state(StateArchive& archive) {
     for (Vector* kick : {&late_end_kick_, &late_end_friction_}) kick->setZero(late_kick_.size());
 }
 
-void MasslessBody::keep_state(StateArchive& archive) {
+void StaticsBody::keep_state(StateArchive& archive) {
   modal_.keep_state(archive);
   archive.expect(static_cast<Index>(sets_.size()));
   archive(g_, g_before_, eta_before_, loads_now_, t_, h_, work_, was_in_contact_, has_force_);

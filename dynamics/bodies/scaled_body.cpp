@@ -177,13 +177,14 @@ void ScaledBody::add_impulses(Index set, const Points& impulses, ImpulseKind kin
 }
 
 // y takes what the move has beyond the kept modes: S p = (move - V diag(sin(omega h)/omega) V^T p) clip / sin(clip h)
-void ScaledBody::add_answered_impulses(Index set, const Points& contact, const Points& friction, const Points& move) {
+void ScaledBody::add_answered_impulses(Index set, const Points& contact, const Points& friction, const Points& move,
+                                       const Vector& still) {
   const NodeSet& s = sets_[set];
   const ScaledStep& step = step_of(h_);
   const double clip_h = modes_->clip * h_, weight = step.scaled.s[0];
   // Near a multiple of pi the scaled part's move says nothing
   if (!rows_->S || !s.whole || !(clip_h < 2.8) || kick_.any) {
-    Body::add_answered_impulses(set, contact, friction, move);
+    Body::add_answered_impulses(set, contact, friction, move, still);
     return;
   }
   const Matrix& Vt = rows_->Vt;

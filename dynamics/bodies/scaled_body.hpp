@@ -48,7 +48,8 @@ class ScaledBody final : public Body {
   void predict(double t, double h) override;
   using Body::add_impulses;
   void add_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
-  void add_answered_impulses(Index set, const Points& contact, const Points& friction, const Points& move) override;
+  void add_answered_impulses(Index set, const Points& contact, const Points& friction, const Points& move,
+                             const Vector& still) override;
   Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;  // RunError: has no masses
   void accept() override;
 

@@ -54,10 +54,13 @@ class SuperelementBody final : public Body {
   void accept() override;
   void end_velocities(Index set, Points& v) override;
   NodeResponse velocity_response(Index set) const override;
-  // Without Newmark: forces at the end of the step, which MasslessBody knows then, times the step. Energies are of the middle of
+  // Without Newmark: forces at the end of the step, which StaticsBody knows then, times the step. Energies are of the middle of
   // such a kick, momentum is of its end; with central differences it is half of what the rates of the next step get.
   void add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
   const Vector& modal_coordinates() const { return eta_; }
+  // What response(set, h) is V_c diag(weight) V_c^T of, for those that do not want it formed; the rows V_c of a set.
+  ResponseOf response_of(double h, Vector& weight) const;
+  const NodeRows& node_rows(Index set) const { return *sets_[set].rows; }
 
   NodeResponse response(Index set, double h) const override;
   Points nodal_masses(Index set) const override;

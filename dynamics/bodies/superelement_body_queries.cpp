@@ -60,10 +60,9 @@ MotionBound SuperelementBody::bound(Index set, bool quick) const {
   return bound;
 }
 
-NodeResponse SuperelementBody::response(Index set, double h) const {
-  // S = V_c diag(w) V_c^T   (3m x 3m), w = sin(omega h)/omega, h, or h/2 / (1 + theta omega^2)
+// w = sin(omega h)/omega, h, or h/2 / (1 + theta omega^2)
+ResponseOf SuperelementBody::response_of(double h, Vector& weight) const {
   ResponseOf of{ResponseOf::Weight::central, h, 0};
-  Vector weight;
   if (is_exact()) {
     of.weight = ResponseOf::Weight::exact, of.contact_step = contact_step_;
     weight = propagator(h).s;
@@ -74,6 +73,13 @@ NodeResponse SuperelementBody::response(Index set, double h) const {
   } else {
     weight.setConstant(form_->omega.size(), h);
   }
+  return of;
+}
+
+// S = V_c diag(w) V_c^T   (3m x 3m)
+NodeResponse SuperelementBody::response(Index set, double h) const {
+  Vector weight;
+  const ResponseOf of = response_of(h, weight);
   NodeResponse response;
   response.block = sets_[set].rows->response(of, weight);
   response.axes = placement_.T;

@@ -54,11 +54,8 @@ void BodyMoves::respond(const std::vector<ContactBody>& bodies) {
     OfBody& part = parts_[a];
     if (part.answered) continue;
     const NodeResponse& S = bodies[part.body].response;
-    OfBody* partner = nullptr;
-    for (std::size_t b = a + 1; S.block && !partner && b < n_parts_; ++b)
-      if (!parts_[b].answered && bodies[parts_[b].body].response.block == S.block) partner = &parts_[b];
-    if (S.block) {
-      respond_together(part, partner, bodies);
+    if (!S.is_diagonal()) {
+      respond_together(part, partner_of(a, bodies), bodies);
       continue;
     }
     part.move.setZero(part.force.rows(), 3);
@@ -67,36 +64,55 @@ void BodyMoves::respond(const std::vector<ContactBody>& bodies) {
   }
 }
 
-// In the axes of the block, over the columns on which either has a force. Where these are most, half of the block is read for all.
-void BodyMoves::respond_together(OfBody& a, OfBody* b, const std::vector<ContactBody>& bodies) {
-  const Matrix& S = *bodies[a.body].response.block;
-  const Index n = S.rows();
-  std::array<OfBody*, 2> parts{&a, b};
-  given_.resize(n, b ? 2 : 1), answer_.setZero(n, b ? 2 : 1);
-  columns_.clear();
-  for (Index i = 0; i < n / 3; ++i) {
-    bool loaded = false;
-    for (Index k = 0; k < given_.cols(); ++k) {
-      const Vector3 force = parts[k]->force.row(i).transpose();
-      given_.col(k).segment<3>(3 * i) = bodies[parts[k]->body].response.axes.transpose() * force;
-      loaded |= !force.isZero(0);
-    }
-    for (int c = 0; loaded && c < 3; ++c) columns_.push_back(3 * i + c);
+// The next body with the same response, or none.
+BodyMoves::OfBody* BodyMoves::partner_of(std::size_t a, const std::vector<ContactBody>& bodies) {
+  const NodeResponse& S = bodies[parts_[a].body].response;
+  for (std::size_t b = a + 1; b < n_parts_; ++b) {
+    const NodeResponse& other = bodies[parts_[b].body].response;
+    if (!parts_[b].answered && other.block == S.block && other.thin == S.thin) return &parts_[b];
   }
-  const Index loaded = static_cast<Index>(columns_.size());
-  const bool half = 2 * loaded > n;
-  bytes_ += 8 * static_cast<double>(n) * (half ? 0.5 * static_cast<double>(n + 1) : static_cast<double>(loaded));
-  if (half) {
-    add_symmetric_product(S, given_, answer_, n_threads());
+  return nullptr;
+}
+
+// In the axes of the response.
+void BodyMoves::respond_together(OfBody& a, OfBody* b, const std::vector<ContactBody>& bodies) {
+  const NodeResponse& S = bodies[a.body].response;
+  const Index n = S.n_dofs();
+  std::array<OfBody*, 2> parts{&a, b};
+  given_.resize(n, b ? 2 : 1);
+  for (Index k = 0; k < given_.cols(); ++k) {
+    const Matrix3& axes = bodies[parts[k]->body].response.axes;
+    for (Index i = 0; i < n / 3; ++i) given_.col(k).segment<3>(3 * i) = axes.transpose() * parts[k]->force.row(i).transpose();
+  }
+  if (S.thin) {
+    bytes_ += cbr::respond(*S.thin, given_, answer_, still_, work_);
   } else {
-    add_columns(S, columns_, given_, answer_, n_threads());
+    multiply_block(*S.block);
   }
   for (Index k = 0; k < given_.cols(); ++k) {
     OfBody& part = *parts[k];
     const Matrix3& axes = bodies[part.body].response.axes;
     part.move.resize(n / 3, 3);
     for (Index i = 0; i < n / 3; ++i) part.move.row(i) = (axes * answer_.col(k).segment<3>(3 * i)).transpose();
+    if (S.thin) part.still = still_.col(k);
     part.answered = true;
+  }
+}
+
+// Over the columns on which either body has a force. Where these are most, half of the block is read for all.
+void BodyMoves::multiply_block(const Matrix& S) {
+  const Index n = S.rows();
+  columns_.clear();
+  for (Index i = 0; i < n / 3; ++i)
+    for (int c = 0; c < 3 && !given_.middleRows(3 * i, 3).isZero(0); ++c) columns_.push_back(3 * i + c);
+  const Index loaded = static_cast<Index>(columns_.size());
+  const bool half = 2 * loaded > n;
+  bytes_ += 8 * static_cast<double>(n) * (half ? 0.5 * static_cast<double>(n + 1) : static_cast<double>(loaded));
+  answer_.setZero(n, given_.cols());
+  if (half) {
+    add_symmetric_product(S, given_, answer_, n_threads());
+  } else {
+    add_columns(S, columns_, given_, answer_, n_threads());
   }
 }
 
@@ -117,6 +133,7 @@ void BodyMoves::give(std::vector<ContactBody>& bodies) const {
   for (std::size_t a = 0; a < n_parts_; ++a) {
     ContactBody& body = bodies[parts_[a].body];
     body.move = parts_[a].move;
+    body.still = parts_[a].still;
     body.has_move = true;
   }
 }

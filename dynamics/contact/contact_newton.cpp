@@ -109,6 +109,14 @@ void line_search(const ContactProblem& problem, const Vector& target, const Vect
 
 }  // namespace
 
+bool ContactNewton::standing_impulses(const ContactProblem& problem, const Vector& g, Vector& p) {
+  if (!impl_->adapted || impl_->last != impl_->held) return false;
+  p = impl_->solve_kept(g);
+  Vector inside = p;
+  project(problem, inside);
+  return inside == p;
+}
+
 NewtonResult ContactNewton::solve_standing(const ContactProblem& problem, const Vector& g, double tolerance) {
   NewtonResult result;
   if (!impl_->adapted || impl_->last != impl_->held) return result;

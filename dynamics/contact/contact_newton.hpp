@@ -36,6 +36,8 @@ class ContactNewton {
                      double tolerance);
   // With the factor of the rows that the last solve ended with, where it is kept: converged when that solves this g too.
   NewtonResult solve_standing(const ContactProblem& problem, const Vector& g, double tolerance);
+  // The impulses that close the rows of that set, when there is a factor and they are within the cones; nothing else is checked.
+  bool standing_impulses(const ContactProblem& problem, const Vector& g, Vector& p);
   // W has got other rows: i was from[i] before, with the same entries of W, or is new (-1). The factor is adapted.
   void renumber(const std::vector<Index>& from);
   // `problem`: that of the last solve.

@@ -98,6 +98,8 @@ class Methods {
     return true;
   }
 
+  bool standing_impulses(const Vector& g, Vector& p) { return newton_.standing_impulses(problem_, g, p); }
+
   void renumber(GapResponse W, std::vector<PointLaw> laws, const std::vector<Index>& from) {
     const std::vector<Index> first = problem_.first;
     problem_ = contact_problem(std::move(W), std::move(laws));
@@ -308,6 +310,11 @@ ContactSolver::ContactSolver(ContactSolver&&) noexcept = default;
 ContactSolver& ContactSolver::operator=(ContactSolver&&) noexcept = default;
 
 const GapResponse& ContactSolver::W() const { return impl_->methods.problem().W; }
+
+bool ContactSolver::standing_impulses(const Vector& g, Vector& p) {
+  Methods& methods = impl_->methods;
+  return methods.is_finite() && g.allFinite() && methods.standing_impulses(g, p);
+}
 
 double ContactSolver::largest_violation(const Vector& p, const Vector& gap) const {
   return p.size() > 0 ? law_violations(impl_->methods.problem(), p, gap).lpNorm<Eigen::Infinity>() : 0;

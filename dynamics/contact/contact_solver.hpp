@@ -40,6 +40,9 @@ class ContactSolver {
   const GapResponse& W() const;
   // `guess`: impulses of the last step (same rows), or empty: where to start from.
   ContactSolution solve(const Vector& g, const Vector& guess, Effort effort = Effort::all);
+  // The impulses that the factor of the last solution's closed rows gives, when it has one and the laws' cones hold them: for
+  // callers who know what they do to the gaps without W.
+  bool standing_impulses(const Vector& g, Vector& p);
   // Largest violation of a law, a length (see ContactSolution::residual); `gap` need not be that of W and p.
   double largest_violation(const Vector& p, const Vector& gap) const;
   // Other points: i was point from[i] before, with the same law and entries of W, or is new (-1). What was factored is adapted.

@@ -19,6 +19,7 @@ struct ContactBody {
   Points impulses;    // m x 3: of this step, filled by the enforcement; without friction
   Points friction;    // m x 3: of this step, of friction
   Points move;        // m x 3: what both together do to `end`, where the enforcement knows it already (has_move)
+  Vector still;       // with a thin response: what both do to its static rows
   bool has_move = false;
   NodeResponse response;  // for the step length response_h
   double response_h = 0;

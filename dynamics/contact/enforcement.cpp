@@ -50,12 +50,20 @@ void fit_spring(double lambda, double h, double x, double damping, PenaltyMemory
   memory.dashpot = 2 * damping * std::sqrt(memory.stiffness * h / lambda);
 }
 
-// Points that are closed or tied: those that got an impulse.
-std::vector<Index> points_with_impulse(const std::vector<PointLaw>& laws, const Points& p) {
+// Of a node that answers forces at once: its velocity follows from them, and no impulse changes it by itself.
+bool is_static(const ContactList& list, const ContactPoint& point, const std::vector<ContactBody>& bodies) {
+  const auto first = list.terms.begin() + point.first_term;
+  return std::any_of(first, first + point.n_terms,
+                     [&](const ContactTerm& term) { return bodies[term.body].response.is_static(term.node); });
+}
+
+// Points that are closed or tied, between nodes with mass: those that got an impulse.
+std::vector<Index> points_to_settle(const ContactList& list, const std::vector<PointLaw>& laws, const Points& p,
+                                    const std::vector<ContactBody>& bodies) {
   std::vector<Index> rows;
   for (Index i = 0; i < p.rows(); ++i) {
     const bool acts = laws[i].law == ContactLaw::tied ? !p.row(i).isZero(0) : p(i, 0) > 0;
-    if (acts) rows.push_back(i);
+    if (acts && !is_static(list, list.points[i], bodies)) rows.push_back(i);
   }
   return rows;
 }
@@ -78,7 +86,7 @@ ContactList points_of(const ContactList& list, const std::vector<Index>& rows) {
 Points settle_velocities(const ContactList& list, const std::vector<PointLaw>& laws, const Points& p, const Points& velocities,
                          std::vector<ContactBody>& bodies, ImpulseMemory& memory) {
   Points change = Points::Zero(p.rows(), 3);
-  const std::vector<Index> rows = points_with_impulse(laws, p);
+  const std::vector<Index> rows = points_to_settle(list, laws, p, bodies);
   if (rows.empty()) return change;
   ContactList closed = points_of(list, rows);
   std::vector<PointLaw> closed_laws;

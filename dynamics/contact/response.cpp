@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "common/linalg/dense_factor.hpp"
@@ -48,6 +49,37 @@ Matrix dense_block(const RowMajorSparse& G, const std::vector<Index>& rows, cons
       for (RowMajorSparse::InnerIterator it(G, rows[i]); it; ++it) sum += it.value() * t[it.col()];
       block(i, j) = sum;
     }
+  }
+  mirror_lower(block);
+  return block;
+}
+
+// G_b S_b G_b^T of modes and static rows. X = A G_b^T (n x r), H = G_b B (r x s), of a few entries in each row:
+//   X^T diag(weight) X + H F H^T / h   (r x r)
+Matrix thin_block(const RowMajorSparse& G, const std::vector<Index>& rows, const ThinResponse& S) {
+  const Index r = static_cast<Index>(rows.size());
+  Matrix X = Matrix::Zero(S.A->rows(), r);
+  std::vector<Eigen::Triplet<double, Index>> entries;
+  for (Index j = 0; j < r; ++j) {
+    for (RowMajorSparse::InnerIterator it(G, rows[j]); it; ++it) {
+      X.col(j) += it.value() * S.A->col(it.col());
+      const Index node = it.col() / 3, c = it.col() % 3;
+      for (Index i = S.rows->first[node]; i < S.rows->first[node + 1]; ++i)
+        if (S.rows->direction(i, c) != 0) entries.emplace_back(j, i, it.value() * S.rows->direction(i, c));
+    }
+  }
+  RowMajorSparse H(r, S.rows->size());
+  H.setFromTriplets(entries.begin(), entries.end());
+  std::vector<Index> all(static_cast<std::size_t>(r));
+  std::iota(all.begin(), all.end(), Index{0});
+  Matrix block = dense_block(H, all, *S.rows->F);
+  block /= S.h;
+  if (X.rows() == 0) return block;
+  if (S.weight.minCoeff() >= 0) {
+    X = S.weight.cwiseSqrt().asDiagonal() * X;
+    block.selfadjointView<Eigen::Lower>().rankUpdate(X.transpose());
+  } else {
+    block.noalias() += X.transpose() * (S.weight.asDiagonal() * X);
   }
   mirror_lower(block);
   return block;
@@ -135,7 +167,8 @@ GapResponse gap_response(const ContactList& list, const std::vector<PointLaw>& l
       }
       continue;
     }
-    const Matrix block = dense_block(part.G, part.rows, *part.response->block);
+    const Matrix block = part.response->thin ? thin_block(part.G, part.rows, *part.response->thin)
+                                             : dense_block(part.G, part.rows, *part.response->block);
     if (W.is_sparse) {
       W.sparse += spread_block(block, part.rows, m);
     } else {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <map>
 #include <sstream>
 
 #include "common/error.hpp"
@@ -31,7 +32,7 @@ void deliver(Simulation& sim, const ContactGroup& group, bool nodal, double h, C
       const Vector3 extra = body.add_velocities(nodes.set, velocities, momentum);
       contact.end += h * (velocities.rowwise() + extra.transpose());
     } else if (contact.has_move && (pushed || rubbed)) {
-      body.add_answered_impulses(nodes.set, contact.impulses, contact.friction, contact.move);
+      body.add_answered_impulses(nodes.set, contact.impulses, contact.friction, contact.move, contact.still);
       contact.end += contact.move;
     } else {
       if (pushed) add_and_move(body, nodes.set, contact.impulses, ImpulseKind::contact, contact);
@@ -201,12 +202,52 @@ void settle(Simulation& sim, const ContactGroup& group, ContactState& state, Enf
   result.p += change;
 }
 
+// What statics do beside shapes with mass under the last step's forces, in scene axes: the predicted end is without it, and nearly
+// the same comes again. Empty: nothing.
+Points last_statics(const ContactBody& body) {
+  const auto& thin = body.response.thin;
+  if (!thin || thin->A->rows() == 0 || body.still.size() != thin->rows->size()) return {};
+  Matrix moved = Matrix::Zero(thin->n_dofs(), 1);
+  thin->rows->add_spread(body.still, moved);
+  Points statics(thin->n_dofs() / 3, 3);
+  for (Index i = 0; i < statics.rows(); ++i) statics.row(i) = (body.response.axes * moved.col(0).segment<3>(3 * i)).transpose();
+  return statics;
+}
+
+// Finds the points where bodies will about be with the last forces, as what these do has no share in a step's length; their gaps
+// are those without any.
+ContactGroup collect_with_statics(Simulation& sim, const std::vector<Index>& pairs, bool initial, ContactState& state) {
+  std::map<Index, Points> statics;
+  for (const Index p : pairs)
+    for (const Index b : {sim.pairs[p].slave->body, sim.pairs[p].master->body})
+      if (const auto [at, is_new] = statics.try_emplace(b); is_new) at->second = last_statics(state.bodies[b]);
+  std::erase_if(statics, [](const auto& of) { return of.second.rows() == 0; });
+  for (const auto& [b, moved] : statics) {
+    state.bodies[b].end += moved;
+    sweep(state.bodies[b]);
+  }
+  ContactGroup group = collect(sim, pairs, initial, state);
+  for (const auto& [b, moved] : statics) {
+    state.bodies[b].end -= moved;
+    sweep(state.bodies[b]);
+  }
+  if (statics.empty()) return group;
+  for (ContactPoint& point : group.list.points) {
+    for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {
+      const ContactTerm& term = group.list.terms[t];
+      if (const auto of = statics.find(term.body); of != statics.end())
+        point.gap -= term.coefficient * (point.frame * of->second.row(term.node).transpose());
+    }
+  }
+  return group;
+}
+
 // The points of some pairs, ready to be solved; without points the pairs have forgotten what they knew.
 ContactGroup start_group(Simulation& sim, const std::vector<Index>& pairs, double h, bool initial, ContactState& state,
                          StepSeconds& seconds) {
   ContactGroup group = [&] {
     const Stopwatch watch(seconds.search);
-    return collect(sim, pairs, initial, state);
+    return collect_with_statics(sim, pairs, initial, state);
   }();
   if (group.list.empty()) {
     for (const ContactSearch& of : group.searches) forget(*of.memory);
@@ -375,6 +416,8 @@ void contact_step(Simulation& sim, const std::vector<Index>& due, double h, bool
   for (const Enforcement enforcement : {Enforcement::impulse, Enforcement::nodal})
     for (const auto& pairs : islands(sim, due, enforcement)) solve_group(sim, pairs, h, initial, state, outcome, seconds);
   for (PushedSprings& springs : pushed) finish_springs(sim, state, springs);
+  for (std::size_t b = 0; b < state.bodies.size(); ++b)
+    if (outcome.touched[b] == 0) state.bodies[b].still.resize(0);
   for (const Index p : due) {
     if (!outcome.near[p] || outcome.has_met[p]) continue;
     outcome.has_met[p] = 1;

@@ -282,8 +282,9 @@ ReducedComponent read_reduced(const SceneIndex& index, const Component& componen
     const auto phase = report.phase("setup");
     for (const Instance* instance : instances_of(index.scene(), component, InstanceKind::superelement))
       refuse_shells(index.scene(), *instance, reduced.superelement->basis, *reduced.geometry);
-    if (reduced.superelement->is_massless()) {
-      reduced.massless = free_massless_form(*reduced.superelement, file);
+    const bool has_statics = !reduced.superelement->characteristic.statics.node.empty();
+    if (reduced.superelement->is_massless() || has_statics) {
+      reduced.statics = free_statics_form(*reduced.superelement, file);
     } else {
       reduced.form = std::make_shared<DiagonalForm>(free_characteristic_form(*reduced.superelement, file));
     }

@@ -13,8 +13,8 @@
 #include "common/superelement_group.hpp"
 #include "dynamics/bodies/coupled_model.hpp"
 #include "dynamics/bodies/diagonal_form.hpp"
-#include "dynamics/bodies/massless_form.hpp"
 #include "dynamics/bodies/mesh_body.hpp"
+#include "dynamics/bodies/statics_form.hpp"
 #include "dynamics/setup/geometry.hpp"
 #include "dynamics/setup/scene_index.hpp"
 
@@ -40,8 +40,9 @@ struct ReducedComponent {
   std::vector<ReducedPart> parts;
   // The only part, or the domains joined; of a group only when an instance moves in its diagonal form.
   std::shared_ptr<Superelement> superelement;
-  std::shared_ptr<const DiagonalForm> form;      // of the free superelement, when an instance moves in it
-  std::shared_ptr<const MasslessForm> massless;  // of the free superelement, of basis massless; then there is no `form`
+  std::shared_ptr<const DiagonalForm> form;  // of the free superelement, when an instance moves in it
+  // Of the free superelement, of basis massless or characteristic with statics; then there is no `form`.
+  std::shared_ptr<const StaticsForm> statics;
   RigidBody rigid_body;
   std::optional<Conditioning> conditioning;  // of the domains together; that of a superelement, or a domain, is in `parts`
   Index n_modal = 0, n_dofs = 0;

@@ -382,7 +382,7 @@ std::vector<ContactKind> add_contact(const SceneIndex& index, BuiltScene& built,
     sim.pairs.push_back(std::move(pair));
     if (entry.options == warned) continue;
     warned = entry.options;
-    warn_of_few_shapes(sim.pairs.back(), built, report);
+    look_for_friction_shapes(sim.pairs.back(), built, index.scene(), report);
     if (warned->enforcement == Enforcement::nodal) warn_nodal(*entry.options, built, sim.pairs.back(), report);
   }
   return in_contact;

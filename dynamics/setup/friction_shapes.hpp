@@ -6,8 +6,9 @@
 
 namespace cbr {
 
-// Warns when a pair with friction has a face of basis characteristic whose nodes have fewer shapes than directions: then it slides
-// and sticks in large pieces, and friction takes several times what it should (docs/decisions/characteristic.md).
-void warn_of_few_shapes(const ContactPair& pair, const BuiltScene& built, Report& report);
+// Of a pair with friction, its faces of basis characteristic. Warns of one without statics whose nodes have fewer shapes than
+// directions: it slides and sticks in large pieces, and friction takes several times what it should
+// (docs/decisions/characteristic.md). InputError: one with statics along the normals alone.
+void look_for_friction_shapes(const ContactPair& pair, const BuiltScene& built, const Scene& scene, Report& report);
 
 }  // namespace cbr

@@ -7,8 +7,8 @@
 
 #include "dynamics/bodies/characteristic_form.hpp"
 #include "dynamics/bodies/coupled_body.hpp"
-#include "dynamics/bodies/massless_body.hpp"
 #include "dynamics/bodies/scaled_body.hpp"
+#include "dynamics/bodies/statics_body.hpp"
 #include "dynamics/bodies/superelement_body.hpp"
 #include "dynamics/setup/skin_shells.hpp"
 
@@ -101,18 +101,18 @@ std::shared_ptr<const DiagonalForm> BodyMaker::held_form(const Instance& instanc
   return form;
 }
 
-InstanceBody BodyMaker::make_massless(const Instance& instance, const ReducedComponent& component) {
-  std::shared_ptr<const MasslessForm> form = component.massless;
+InstanceBody BodyMaker::make_with_statics(const Instance& instance, const ReducedComponent& component) {
+  std::shared_ptr<const StaticsForm> form = component.statics;
   std::vector<HeldDirection> held = held_directions(index_, instance, *component.geometry);
   if (!held.empty()) {
-    auto& forms = held_massless_[component.superelement.get()];
+    auto& forms = held_statics_[component.superelement.get()];
     const auto known = std::find_if(forms.begin(), forms.end(), [&](const auto& other) { return other.first == held; });
-    form = known != forms.end() ? known->second : held_massless_form(*component.superelement, *form, held, where(instance));
+    form = known != forms.end() ? known->second : held_statics_form(*component.superelement, *form, held, where(instance));
     if (known == forms.end()) forms.emplace_back(std::move(held), form);
   }
-  return {
-      std::make_unique<MasslessBody>(instance.name, component.superelement, form, placement_of(instance), scheme_of(*scene_.time)),
-      component.rigid_body.mass};
+  return {std::make_unique<StaticsBody>(instance.name, component.superelement, form, placement_of(instance),
+                                        scheme_of(*scene_.time), NewmarkOptions{scene_.time->alpha}),
+          component.rigid_body.mass};
 }
 
 InstanceBody BodyMaker::make_modal(const Instance& instance, const ReducedComponent& component) {
@@ -147,7 +147,7 @@ InstanceBody BodyMaker::make_modal_with_shells(const Instance& instance, const R
 }
 
 InstanceBody BodyMaker::make(const Instance& instance, const ReducedComponent& component) {
-  if (component.massless) return make_massless(instance, component);
+  if (component.statics) return make_with_statics(instance, component);
   const bool stored = component.form != nullptr;
   if (coordinates_of_reduced(index_, instance, component, stored) == Coordinates::coupled)
     return make_coupled(instance, *component.geometry, shelled(instance, component));

@@ -42,7 +42,7 @@ class BodyMaker {
   InstanceBody make_scaled_from_matrices(const Instance& instance, const ReducedComponent& component);
   // One for all instances of a component that are held in the same way, in its own axes.
   std::shared_ptr<const DiagonalForm> held_form(const Instance& instance, const ReducedComponent& component);
-  InstanceBody make_massless(const Instance& instance, const ReducedComponent& component);
+  InstanceBody make_with_statics(const Instance& instance, const ReducedComponent& component);
   InstanceBody make_modal(const Instance& instance, const ReducedComponent& component);
   InstanceBody make_modal_with_shells(const Instance& instance, const ReducedComponent& component);
 
@@ -51,8 +51,8 @@ class BodyMaker {
   std::shared_ptr<RowThreads> threads_;
   std::map<const Superelement*, std::vector<std::pair<std::vector<HeldDirection>, std::shared_ptr<const DiagonalForm>>>>
       held_forms_;
-  std::map<const Superelement*, std::vector<std::pair<std::vector<HeldDirection>, std::shared_ptr<const MasslessForm>>>>
-      held_massless_;
+  std::map<const Superelement*, std::vector<std::pair<std::vector<HeldDirection>, std::shared_ptr<const StaticsForm>>>>
+      held_statics_;
   std::map<const void*, std::shared_ptr<ScaledModel>> scaled_;  // by what they were made from: a form or a superelement
   std::map<std::string, Shelled> shelled_;                      // by component, kind and skinned surfaces
 };

@@ -128,8 +128,8 @@ TEST(CharacteristicContact, SlidesAsCoulombSays) {
   for (const char* patterns : {"patterns: 1", "patterns: 9, shear: true"}) {
     for (const double along : {2.0, 0.05}) {
       Bar p;
-      p.reduction =
-          "basis: characteristic, characteristic: {modes: 10, pressure: [x_min], " + std::string(patterns) + "}, modes: 20";
+      p.reduction = "basis: characteristic, characteristic: {modes: 10, statics: none, pressure: [x_min], " +
+                    std::string(patterns) + "}, modes: 20";
       p.contact = "between: [b.x_min, floor], friction: 0.3", p.nu = 0.3;
       p.instance = ", position: [0.01, 0, 0], velocity: [-1, " + text(along) + ", 0]";
       p.end = 0.1, p.every = 0.002;

@@ -7,6 +7,7 @@
 
 #include <random>
 
+#include "dynamics/contact/body_moves.hpp"
 #include "dynamics/contact/response.hpp"
 
 namespace cbr {
@@ -18,18 +19,44 @@ struct Scene {
   std::vector<PointLaw> laws;
 };
 
-// `n_bodies` in a chain, m points between neighbours, every third body lumped or all of them dense; laws mixed.
-Scene random_scene(Index n_bodies, Index m, bool any_lumped, unsigned seed) {
+// Two modes, and statics of some nodes: node i has i % 4 directions.
+std::shared_ptr<const ThinResponse> random_thin(Index n_nodes, std::mt19937& random) {
+  std::normal_distribution<double> normal;
+  const auto any = [&] { return normal(random); };
+  auto rows = std::make_shared<StaticRows>();
+  rows->first.push_back(0);
+  for (Index i = 0; i < n_nodes; ++i) {
+    for (Index d = 0; d < i % 4; ++d) rows->node.push_back(i);
+    rows->first.push_back(rows->size());
+  }
+  rows->direction = Points::NullaryExpr(rows->size(), 3, any).rowwise().normalized();
+  const Matrix root = Matrix::NullaryExpr(rows->size(), rows->size(), any);
+  rows->F = std::make_shared<const Matrix>(root * root.transpose());
+  auto S = std::make_shared<ThinResponse>();
+  S->A = std::make_shared<const Matrix>(Matrix::NullaryExpr(2, 3 * n_nodes, any));
+  S->weight = Eigen::Vector2d(0.3, 1.7);
+  S->rows = rows;
+  S->h = 0.25;
+  return S;
+}
+
+// `n_bodies` in a chain, m points between neighbours, every third body lumped or all of them dense; laws mixed. `thin`: so are
+// the first and every third after it, and share what they answer with.
+Scene random_scene(Index n_bodies, Index m, bool any_lumped, unsigned seed, bool thin = false) {
   std::mt19937 random(seed);
   std::normal_distribution<double> normal;
   const Index n_nodes = 7;
   Scene s;
   s.bodies.resize(n_bodies);
+  const auto shared = thin ? random_thin(n_nodes, random) : nullptr;
   for (Index b = 0; b < n_bodies; ++b) {
     ContactBody& body = s.bodies[b];
     body.impulses.setZero(n_nodes, 3), body.friction.setZero(n_nodes, 3);
     if (any_lumped && b % 3 == 1) {
       body.response.diagonal = Vector::NullaryExpr(3 * n_nodes, [&] { return 0.5 + std::abs(normal(random)); });
+    } else if (thin && b % 3 == 0) {
+      body.response.thin = shared;
+      body.response.axes = Eigen::AngleAxisd(0.3 * static_cast<double>(b), Vector3(1, 2, -1).normalized()).toRotationMatrix();
     } else {
       const Matrix A = Matrix::NullaryExpr(3 * n_nodes, 3 * n_nodes, [&] { return normal(random); });
       body.response.set_block(A * A.transpose());
@@ -53,8 +80,13 @@ Scene random_scene(Index n_bodies, Index m, bool any_lumped, unsigned seed) {
 }
 
 TEST(Response, IsWhatImpulsesDoToGaps) {
-  for (const auto& [n_bodies, m, lumped] : {std::tuple<Index, Index, bool>{2, 5, false}, {2, 9, true}, {40, 6, true}}) {
-    const Scene s = random_scene(n_bodies, m, lumped, static_cast<unsigned>(7 + m));
+  for (const auto& [n_bodies, m, lumped, thin] : {std::tuple<Index, Index, bool, bool>{2, 5, false, false},
+                                                  {2, 9, true, false},
+                                                  {40, 6, true, false},
+                                                  {2, 7, false, true},
+                                                  {4, 8, true, true},
+                                                  {40, 8, true, true}}) {
+    const Scene s = random_scene(n_bodies, m, lumped, static_cast<unsigned>(7 + m), thin);
     const GapResponse W = gap_response(s.list, s.laws, s.bodies);
     EXPECT_EQ(W.is_sparse, n_bodies == 40);
     const std::vector<Index> first = first_rows(s.laws);
@@ -82,6 +114,55 @@ TEST(Response, IsWhatImpulsesDoToGaps) {
     Vector3 sum = Vector3::Zero();
     for (const ContactBody& body : bodies) sum += (body.impulses + body.friction).colwise().sum().transpose();
     EXPECT_LT(sum.norm(), 1e-12 * p.norm());
+  }
+}
+
+// With modes and statics alone the response is what the formula says, and it is symmetric.
+TEST(Response, OfThinBodiesIsTheSumOfModesAndStatics) {
+  std::mt19937 random(11);
+  const auto thin = random_thin(7, random);
+  const StaticRows& rows = *thin->rows;
+  Matrix B = Matrix::Zero(21, rows.size());
+  for (Index i = 0; i < rows.size(); ++i) B.col(i).segment<3>(3 * rows.node[i]) = rows.direction.row(i).transpose();
+  const Matrix modes = thin->A->transpose() * thin->weight.asDiagonal() * *thin->A, S = modes + B * *rows.F * B.transpose() / 0.25;
+  NodeResponse response;
+  response.thin = thin;
+  EXPECT_EQ(response.n_dofs(), 21);
+  EXPECT_FALSE(response.is_diagonal() || response.empty());
+  EXPECT_LT((response.dense() - S).norm(), 1e-14 * S.norm());
+  EXPECT_FALSE(response.is_static(0));
+  EXPECT_TRUE(response.is_static(1));
+  EXPECT_FALSE(response.is_static(4));
+  // Of few nodes that are pushed, and of all: the one reads columns, the other half of F
+  for (const Index n : {Index{1}, Index{7}}) {
+    Matrix p = Matrix::Zero(21, 2), move, still;
+    p.topRows(3 * n).setRandom();
+    ThinWork work;
+    respond(*thin, p, move, still, work);
+    EXPECT_LT((move - S * p).norm(), 1e-13 * S.norm()) << n;
+    EXPECT_LT((still - *rows.F * B.transpose() * p / 0.25).norm(), 1e-13 * S.norm()) << n;
+  }
+}
+
+// What the impulses do to the bodies by products is what they do to gaps by W, whoever shares a response.
+TEST(BodyMoves, AgreeWithW) {
+  for (const bool lumped : {false, true}) {
+    const Scene s = random_scene(7, 6, lumped, 5, true);
+    const GapResponse W = gap_response(s.list, s.laws, s.bodies);
+    const Vector p = Vector::Random(W.size());
+    BodyMoves moves;
+    moves.push(s.list, s.laws, p, s.bodies);
+    Vector gap = Vector::Zero(p.size());
+    moves.add_to_gaps(s.list, s.laws, gap);
+    const Vector expected = apply(W, p);
+    EXPECT_LT((gap - expected).norm(), 1e-13 * expected.norm());
+    std::vector<ContactBody> bodies = s.bodies;
+    moves.give(bodies);
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+      EXPECT_TRUE(bodies[b].has_move);
+      const auto& thin = bodies[b].response.thin;
+      EXPECT_EQ(bodies[b].still.size(), thin ? thin->rows->size() : 0) << b;
+    }
   }
 }
 

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A superelement of modes, and of statics without mass that these leave out, made ready for time stepping; shared by the instances
+// of a component.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "dynamics/bodies/diagonal_form.hpp"
+#include "dynamics/contact/thin_response.hpp"
+
+namespace cbr {
+
+// u_c = V_c eta + B F B^T f_c, eta'' + omega^2 eta = V_c^T f_c. Basis massless: V_c is the modes of a body whose interface has no
+// mass, F of all interface dofs. Basis characteristic: V_c are shapes with mass, F what they leave of the statics of some faces.
+struct StaticsForm {
+  DiagonalForm modal;  // V has the coordinates q_k of the file above V_c
+  StaticRows rows;     // of all nodes of the superelement, component axes
+  bool is_massless = false;
+  double omega_limit = 0;  // rad/s, limits a step: massless, with the interface held; else the highest of `modal`
+
+  // The rows of some nodes, numbered by their places in `nodes`, and the modal rows of these (n x 3 m), kept for those that ask for
+  // the same again.
+  struct OfNodes {
+    std::vector<Index> nodes;
+    std::vector<Index> row;  // s', of `rows`
+    std::shared_ptr<const StaticRows> rows;
+    std::shared_ptr<const Matrix> A;  // massless: 0 x 3 m
+  };
+  std::shared_ptr<const OfNodes> of_nodes(const NodeRows& modal_rows) const;
+  // As contact sees them, with the weights of the modes; the last few are kept. Velocities have no statics.
+  std::shared_ptr<const ThinResponse> response(const std::shared_ptr<const OfNodes>& nodes, const ResponseOf& of,
+                                               const Vector& weight) const;
+
+ private:
+  struct Known {
+    std::shared_ptr<const OfNodes> nodes;
+    ResponseOf of;
+    std::shared_ptr<const ThinResponse> response;
+  };
+  mutable std::vector<std::shared_ptr<const OfNodes>> sets_;
+  mutable std::vector<Known> known_;
+};
+
+// Of basis massless, or characteristic with statics. InputError when the rigid modes do not agree with /rigid_body, named by
+// `where`.
+std::shared_ptr<const StaticsForm> free_statics_form(const Superelement& superelement, const std::string& where);
+// With held directions. Massless: their reactions are forces on an interface without inertia, so that they are eliminated as
+// contact is. Characteristic: coordinates are held as in held_characteristic_form(), and statics at held nodes are left out.
+std::shared_ptr<const StaticsForm> held_statics_form(const Superelement& superelement, const StaticsForm& free,
+                                                     const std::vector<HeldDirection>& held, const std::string& where);
+
+}  // namespace cbr
