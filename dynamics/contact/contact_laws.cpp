@@ -36,12 +36,13 @@ Matrix3 point_block(const ContactProblem& problem, Index point) {
 
 Vector respond(const ContactProblem& problem, const Vector& p) {
   if (problem.W.is_sparse) return problem.W.sparse * p;
-  const auto n_pushed = (p.array() != 0).count();
-  if (4 * n_pushed > p.size()) return symmetric_product(problem.W.dense, p);
-  Vector y = Vector::Zero(p.size());
+  std::vector<Index> pushed;
   for (Index j = 0; j < p.size(); ++j)
-    if (p[j] != 0) y += p[j] * problem.W.dense.col(j);
-  return y;
+    if (p[j] != 0) pushed.push_back(j);
+  if (2 * static_cast<Index>(pushed.size()) > p.size()) return symmetric_product(problem.W.dense, p);
+  Matrix y = Matrix::Zero(p.size(), 1);
+  add_columns(problem.W.dense, pushed, p, y, 1);
+  return y.col(0);
 }
 
 void add_response(const ContactProblem& problem, Index point, const double* change, Vector& y) {

@@ -14,6 +14,7 @@
 #include "dynamics/contact/block_gauss_seidel.hpp"
 #include "dynamics/contact/cone_impulses.hpp"
 #include "dynamics/contact/contact_newton.hpp"
+#include "dynamics/contact/inexact_newton.hpp"
 #include "dynamics/contact/keep_state.hpp"
 #include "dynamics/contact/projected_gradients.hpp"
 
@@ -21,7 +22,7 @@ namespace cbr {
 namespace {
 
 // Shares of the largest |g|: what is aimed at, and what is good enough not to call for another method.
-constexpr double aim = 1e-12, enough = 1e-10;
+constexpr double aim = 1e-12, inexact_aim = 3e-12, enough = 1e-10;
 // Of the active set that takes one point at a time, and up to how many of them.
 constexpr double basic_aim = 1e-11;
 constexpr Index basic_rows = 1500;
@@ -89,6 +90,21 @@ class Methods {
     best.offer(problem_, scale, std::move(result.p), std::move(result.gap), result.residual);
   }
 
+  // Of a dense W with friction and many rows: false when it does not solve it.
+  bool inexact(const Vector& g, const Vector& p, const Vector& gap, double scale, Best& best) {
+    if (problem_.W.is_sparse || problem_.n_rows() <= krylov_rows || !friction()) return false;
+    NewtonResult result = inexact_.solve(problem_, g, p, gap, newton_iterations, inexact_aim * scale);
+    best.iterations += result.iterations;
+    best.offer(problem_, scale, std::move(result.p), std::move(result.gap), result.residual);
+    return best.done();
+  }
+
+  // g + W p; of the last solution's impulses without a product.
+  Vector gap_of(const Vector& g, const Vector& p) const {
+    return p.size() == last_p_.size() && p == last_p_ ? Vector(g + last_answer_) : g + respond(problem_, p);
+  }
+  void remember(const Vector& g, const Vector& p, const Vector& gap) { last_p_ = p, last_answer_ = gap - g; }
+
   // With what is factored for the last set: false when that does not solve it.
   bool standing(const Vector& g, double scale, Best& best) {
     NewtonResult result = newton_.solve_standing(problem_, g, aim * scale);
@@ -108,6 +124,8 @@ class Methods {
     for (std::size_t i = 0; i < from.size(); ++i)
       for (Index d = 0; from[i] >= 0 && d < n_rows(problem_.laws[i].law); ++d) rows[problem_.first[i] + d] = first[from[i]] + d;
     newton_.renumber(rows);
+    inexact_.forget();
+    last_p_.resize(0);
     sweeps_.reset();
     cones_.reset();
     norm_ = 0;
@@ -122,6 +140,8 @@ class Methods {
     }
     archive(basic_first_, cones_first_);
     newton_.keep_state(archive, problem_);
+    inexact_.keep_state(archive, problem_);
+    archive(last_p_, last_answer_);
   }
 
   Index n_factored() const { return newton_.n_factored(); }
@@ -169,7 +189,10 @@ class Methods {
   }
   bool cones_first() const { return cones_first_; }
   bool singular_with_friction() const { return cones_ && cones_->rank() > 0; }
-  void begin_as(const Methods& other) { basic_first_ = other.basic_first_, cones_first_ = other.cones_first_; }
+  void begin_as(const Methods& other) {
+    basic_first_ = other.basic_first_, cones_first_ = other.cones_first_;
+    inexact_.begin_as(other.inexact_);
+  }
 
   bool basic_first() const { return basic_first_ && !problem_.W.is_sparse && all_frictionless(problem_); }
   // Of a dense W without friction or ties.
@@ -185,8 +208,10 @@ class Methods {
   ContactProblem problem_;
   bool is_finite_ = true;
   ContactNewton newton_;
-  bool basic_first_ = false;  // it has solved what Newton's method did not
-  bool cones_first_ = false;  // the same, with friction
+  InexactNewton inexact_;
+  Vector last_p_, last_answer_;  // of the last solution: p and W p
+  bool basic_first_ = false;     // it has solved what Newton's method did not
+  bool cones_first_ = false;     // the same, with friction
   std::optional<ConeProblem> cones_;
   std::optional<BlockGaussSeidel> sweeps_;
   double norm_ = 0;  // of W scaled to a unit diagonal, once known
@@ -200,10 +225,11 @@ void attempt(Methods& methods, const Vector& g, const Vector& guess, double scal
   Vector p = guess.size() == g.size() ? guess : Vector::Zero(g.size());
   project(problem, p);
   const bool warm = !p.isZero(0);
+  if (methods.inexact(g, p, warm ? methods.gap_of(g, p) : g, scale, best)) return;
   if (!warm && methods.friction()) {
     methods.sweep(g, p, first_sweeps, scale, start);
   } else {
-    Vector gap = warm ? Vector(g + respond(problem, p)) : g;
+    Vector gap = warm ? methods.gap_of(g, p) : g;
     const double residual = law_violations(problem, p, gap).lpNorm<Eigen::Infinity>();
     start.offer(problem, scale, std::move(p), std::move(gap), residual);
   }
@@ -356,6 +382,7 @@ ContactSolution ContactSolver::solve(const Vector& g, const Vector& guess, Effor
     }
   }
   if (!std::isfinite(best.residual) || !best.p.allFinite() || !best.gap.allFinite()) return not_finite;
+  methods.remember(g, best.p, best.gap);
   solution.p = std::move(best.p), solution.gap = std::move(best.gap);
   solution.residual = best.residual / scale, solution.iterations = best.iterations;
   return solution;

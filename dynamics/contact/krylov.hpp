@@ -16,4 +16,16 @@ int conjugate_gradients(const Product& A, const Vector& b, double tolerance, int
 // Any A: GMRES without restarts (Saad, Schultz 1986, doi 10.1137/0907058), max_products vectors of memory.
 int gmres(const Product& A, const Vector& b, double tolerance, int max_products, Vector& x);
 
+// y = A x, of the size of x.
+using FloatProduct = std::function<void(const Eigen::VectorXf&, Eigen::VectorXf&)>;
+// The same in single precision, from zero, until |b - A x| <= reduction |b|. Keeps its memory for the next call.
+class FloatGmres {
+ public:
+  int solve(const FloatProduct& A, const Eigen::VectorXf& b, float reduction, int max_products, Eigen::VectorXf& x);
+
+ private:
+  Eigen::MatrixXf V_, H_;
+  Eigen::VectorXf v_, s_, y_;
+};
+
 }  // namespace cbr
