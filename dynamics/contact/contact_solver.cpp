@@ -91,19 +91,21 @@ class Methods {
   }
 
   // Of a dense W with friction and many rows: false when it does not solve it.
-  bool inexact(const Vector& g, const Vector& p, const Vector& gap, double scale, Best& best) {
+  bool inexact(const Vector& g, Vector p, Vector gap, double scale, Best& best) {
     if (problem_.W.is_sparse || problem_.n_rows() <= krylov_rows || !friction()) return false;
-    NewtonResult result = inexact_.solve(problem_, g, p, gap, newton_iterations, inexact_aim * scale);
+    go_on(g, p, gap);
+    NewtonResult result = inexact_.solve(problem_, g, std::move(p), std::move(gap), newton_iterations, inexact_aim * scale);
     best.iterations += result.iterations;
     best.offer(problem_, scale, std::move(result.p), std::move(result.gap), result.residual);
     return best.done();
   }
 
   // g + W p; of the last solution's impulses without a product.
-  Vector gap_of(const Vector& g, const Vector& p) const {
-    return p.size() == last_p_.size() && p == last_p_ ? Vector(g + last_answer_) : g + respond(problem_, p);
+  Vector gap_of(const Vector& g, const Vector& p) const { return is_last(p) ? Vector(g + last_.answer) : g + respond(problem_, p); }
+  void remember(const Vector& g, const Vector& p, const Vector& gap) {
+    before_ = std::move(last_);
+    last_ = {p, gap - g};
   }
-  void remember(const Vector& g, const Vector& p, const Vector& gap) { last_p_ = p, last_answer_ = gap - g; }
 
   // With what is factored for the last set: false when that does not solve it.
   bool standing(const Vector& g, double scale, Best& best) {
@@ -125,7 +127,7 @@ class Methods {
       for (Index d = 0; from[i] >= 0 && d < n_rows(problem_.laws[i].law); ++d) rows[problem_.first[i] + d] = first[from[i]] + d;
     newton_.renumber(rows);
     inexact_.forget();
-    last_p_.resize(0);
+    last_ = before_ = Remembered();
     sweeps_.reset();
     cones_.reset();
     norm_ = 0;
@@ -141,7 +143,7 @@ class Methods {
     archive(basic_first_, cones_first_);
     newton_.keep_state(archive, problem_);
     inexact_.keep_state(archive, problem_);
-    archive(last_p_, last_answer_);
+    archive(last_.p, last_.answer, before_.p, before_.answer);
   }
 
   Index n_factored() const { return newton_.n_factored(); }
@@ -205,13 +207,25 @@ class Methods {
   }
 
  private:
+  bool is_last(const Vector& p) const { return p.size() == last_.p.size() && p == last_.p; }
+  // From the last impulses as they have changed lately, where that violates the laws less.
+  void go_on(const Vector& g, Vector& p, Vector& gap) const {
+    if (before_.p.size() != p.size() || !is_last(p)) return;
+    Vector next = 2 * last_.p - before_.p, next_gap = g + 2 * last_.answer - before_.answer;
+    if (!(law_violations(problem_, next, next_gap).norm() < law_violations(problem_, p, gap).norm())) return;
+    p = std::move(next), gap = std::move(next_gap);
+  }
+
   ContactProblem problem_;
   bool is_finite_ = true;
   ContactNewton newton_;
   InexactNewton inexact_;
-  Vector last_p_, last_answer_;  // of the last solution: p and W p
-  bool basic_first_ = false;     // it has solved what Newton's method did not
-  bool cones_first_ = false;     // the same, with friction
+  struct Remembered {
+    Vector p, answer;  // answer = W p
+  };
+  Remembered last_, before_;  // of the last solution, and of the one before it
+  bool basic_first_ = false;  // it has solved what Newton's method did not
+  bool cones_first_ = false;  // the same, with friction
   std::optional<ConeProblem> cones_;
   std::optional<BlockGaussSeidel> sweeps_;
   double norm_ = 0;  // of W scaled to a unit diagonal, once known

@@ -38,11 +38,12 @@ struct InexactNewton::Impl {
   Vector step, moved;  // of this Newton step: changes of p and, where it is kept, of gap (rows of the problem)
   Vector scaled;       // over the rows of `closed`
   FloatVector x, b, p_closed, y, normal;
+  Eigen::MatrixXf answers;  // to the products of one linear solve
 
   void begin(const ContactProblem& problem, const ContactSet& set, const Vector& p);
   void join(const ContactProblem& problem, const Vector& g, const Vector& p, Vector& gap, ContactSet& set);
   void newton_step(const ContactProblem& problem, const ContactSet& set, const Vector& p, const Vector& gap, double wanted);
-  void solve_linear(double size, float reduction, Vector& change);
+  void solve_linear(double size, float reduction, Vector& change, Vector& answer);
   double float_product(const Vector& change);
 };
 
@@ -89,20 +90,25 @@ double InexactNewton::Impl::float_product(const Vector& change) {
   return size;
 }
 
-// K x = size b: adds C x to `change`.
-void InexactNewton::Impl::solve_linear(double size, float reduction, Vector& change) {
+// K x = size b: adds C x to `change`, and s W s C x to `answer`.
+void InexactNewton::Impl::solve_linear(double size, float reduction, Vector& change, Vector& answer) {
   const Index n = closed.n_rows();
   inverse.apply(b);
   FloatVector expanded(n);
+  if (answers.rows() != n) answers.resize(n, most_products);
+  Index products = 0;
   const auto A = [&](const FloatVector& in, FloatVector& out) {
     unknowns.expand(in, expanded);
     closed.product(expanded, y);
+    answers.col(products++) = y;
     unknowns.equations(y, in, out);
     inverse.apply(out);
   };
   gmres.solve(A, b, reduction, most_products, x);
   unknowns.expand(x, expanded);
   change += size * expanded.cast<double>();
+  y.noalias() = answers.leftCols(gmres.weights().size()) * gmres.weights();
+  answer += size * y.cast<double>();
 }
 
 // Fills `step` and `moved`. `wanted`: share that is to be left of the violation when the set stands.
@@ -120,8 +126,9 @@ void InexactNewton::Impl::newton_step(const ContactProblem& problem, const Conta
   change -= old;
   // r = -R^T (gap + W change) - alpha x_0
   const double unit = float_product(change);
+  Vector answer = unit * y.cast<double>();
   scaled.resize(n);
-  for (Index i = 0; i < n; ++i) scaled[i] = closed.scale(i) * gap[closed.rows()[i]] + unit * y[i];
+  for (Index i = 0; i < n; ++i) scaled[i] = closed.scale(i) * gap[closed.rows()[i]] + answer[i];
   Vector r;
   unknowns.equations(scaled, x_0, r);
   r = -r;
@@ -129,18 +136,21 @@ void InexactNewton::Impl::newton_step(const ContactProblem& problem, const Conta
   x.setZero(r.size());
   if (size > 0 && std::isfinite(size)) {
     b = (r / size).cast<float>();
-    solve_linear(size, static_cast<float>(same ? std::clamp(wanted, fine, coarse) : coarse), change);
+    solve_linear(size, static_cast<float>(same ? std::clamp(wanted, fine, coarse) : coarse), change, answer);
   }
   last = set.states;
-  const double whole = float_product(change);
+  const double whole = n > 0 ? change.lpNorm<Eigen::Infinity>() : 0;
   normal.setZero(problem.n_points());
-  if (whole > 0) closed.normal_product(p_closed, normal);
+  if (whole > 0 && std::isfinite(whole)) {
+    p_closed = (change / whole).cast<float>();
+    closed.normal_product(p_closed, normal);
+  }
   step.setZero(p.size()), moved.setZero(p.size());
   for (Index i = 0; i < problem.n_points(); ++i)
     if (closed.point_scale(i) > 0) moved[problem.first[i]] = whole * normal[i] / closed.point_scale(i);
   for (Index i = 0; i < n; ++i) {
-    if (whole > 0) step[closed.rows()[i]] = closed.scale(i) * (whole * static_cast<double>(p_closed[i]));
-    moved[closed.rows()[i]] = whole * y[i] / closed.scale(i);
+    step[closed.rows()[i]] = closed.scale(i) * change[i];
+    moved[closed.rows()[i]] = answer[i] / closed.scale(i);
   }
 }
 

@@ -70,6 +70,7 @@ int gmres(const Product& A, const Vector& b, double tolerance, int max_products,
 int FloatGmres::solve(const FloatProduct& A, const Eigen::VectorXf& b, float reduction, int max_products, Eigen::VectorXf& x) {
   const Index n = b.size();
   x.setZero(n);
+  y_.resize(0);
   const float beta = b.norm();
   if (!(beta > 0) || !std::isfinite(beta)) return 0;
   if (V_.rows() != n || V_.cols() < max_products + 1) V_.resize(n, max_products + 1);

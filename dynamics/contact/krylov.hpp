@@ -22,6 +22,8 @@ using FloatProduct = std::function<void(const Eigen::VectorXf&, Eigen::VectorXf&
 class FloatGmres {
  public:
   int solve(const FloatProduct& A, const Eigen::VectorXf& b, float reduction, int max_products, Eigen::VectorXf& x);
+  // x = sum of weights()[i] x (what the i-th product was of).
+  const Eigen::VectorXf& weights() const { return y_; }
 
  private:
   Eigen::MatrixXf V_, H_;
