@@ -45,6 +45,7 @@ struct InexactNewton::Impl {
   void newton_step(const ContactProblem& problem, const ContactSet& set, const Vector& p, const Vector& gap, double wanted);
   void solve_linear(double size, float reduction, Vector& change, Vector& answer);
   double float_product(const Vector& change);
+  void sum_closed(const ContactProblem& problem, const Vector& g, const Vector& p, Vector& gap);
 };
 
 // Points that are not open, or have an impulse that the first step may take away.
@@ -76,6 +77,25 @@ void InexactNewton::Impl::join(const ContactProblem& problem, const Vector& g, c
     joined = true;
   }
   if (joined) set = contact_set(problem, p, gap);
+}
+
+// gap = g + W p over the rows of `closed`; no other point has an impulse.
+void InexactNewton::Impl::sum_closed(const ContactProblem& problem, const Vector& g, const Vector& p, Vector& gap) {
+  const std::vector<Index>& rows = closed.rows();
+  const Index n = closed.n_rows();
+  Vector sum = Vector::Zero(n), impulse = p(rows);
+  for (Index j = 0; j < n; ++j) {
+    const double* column = problem.W.dense.col(rows[j]).data();
+    double own = 0.5 * column[rows[j]] * impulse[j];
+    sum[j] += own;
+    for (Index i = j + 1; i < n; ++i) {
+      const double entry = column[rows[i]];
+      sum[i] += entry * impulse[j];
+      own += entry * impulse[i];
+    }
+    sum[j] += own;
+  }
+  for (Index i = 0; i < n; ++i) gap[rows[i]] = g[rows[i]] + sum[i];
 }
 
 // y = s W s change, the result in units of what is returned.
@@ -209,7 +229,10 @@ NewtonResult InexactNewton::solve(const ContactProblem& problem, const Vector& g
     drift += single_precision * best_t * of.moved.lpNorm<Eigen::Infinity>();
     violation = law_violations(problem, p, gap).lpNorm<Eigen::Infinity>();
     if (!std::isfinite(violation)) break;
-    if (violation <= std::max(tolerance, most_drift * drift)) {
+    if (violation > tolerance && violation <= most_drift * drift && drift > tolerance) {
+      of.sum_closed(problem, g, p, gap);
+      drift = 0;
+    } else if (violation <= std::max(tolerance, most_drift * drift)) {
       project(problem, p);
       gap = g + respond(problem, p);
       drift = 0;
