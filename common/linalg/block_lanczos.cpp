@@ -9,9 +9,13 @@
 
 #include "common/linalg/blas_threads.hpp"
 #include "common/linalg/dense.hpp"
+#include "common/linalg/tall_basis.hpp"
 
 namespace cbr {
 namespace {
+
+// Of the basis, before its size has a restart: beside the factor of the parts for which it matters it is little.
+constexpr double basis_bytes = 1e9;
 
 // Not symmetric in any way, so that no eigenvector is orthogonal to it by the mesh's symmetry.
 Matrix starting_block(Index n, Index columns) {
@@ -28,92 +32,165 @@ class BlockLanczos {
  public:
   BlockLanczos(const SparseMatrix& M, const std::function<void(Eigen::Ref<Matrix>)>& solve, Index k,
                const BlockLanczosOptions& options)
-      : M_(M), solve_(solve), options_(options), n_(M.rows()), k_(k) {
-    b_ = options.block > 0 ? options.block : std::clamp<Index>(k / 25, 4, 32);
-    m_ = options.basis > 0 ? options.basis : std::max(2 * k, k + 6 * b_);
-    m_ = (std::min(m_, n_ - b_) / b_) * b_;
-  }
+      : M_(M),
+        solve_(solve),
+        options_(options),
+        n_(M.rows()),
+        k_(k),
+        b_(options.block > 0 ? options.block : chosen_block(M.rows(), k)),
+        m_(largest_basis()),
+        V_(n_, b_, m_ + b_) {}
 
   Eigenpairs run(double sigma) {
     Eigenpairs pairs;
     pairs.method = "block lanczos";
     if (m_ < k_ + b_ || !start()) return pairs;
-    for (pairs.iterations = 1; pairs.iterations <= options_.max_restarts; ++pairs.iterations) {
-      if (!extend()) return pairs;
+    Index look = first_look();
+    for (pairs.iterations = 0; pairs.iterations <= options_.max_restarts;) {
+      if (!extend(look)) return pairs;
       rayleigh_ritz();
       pairs.n_converged = n_converged();
       if (pairs.n_converged >= k_) break;
+      if (size_ < m_) {
+        look = next_look(pairs.n_converged);
+        continue;
+      }
       restart();
+      ++pairs.iterations;
+      look = m_;
     }
     if (pairs.n_converged < k_) return pairs;
     pairs.converged = true;
     // OP x = theta x, theta = 1 / (lambda - sigma): the largest theta is the lowest lambda
     pairs.lambda = sigma + theta_.head(k_).cwiseInverse().array();
-    pairs.Phi.noalias() = V_.leftCols(size_) * S_.leftCols(k_);
+    const SingleThreadedBlas blas;
+    pairs.Phi = V_.combined(S_.leftCols(k_));
     return pairs;
   }
 
  private:
-  // U <- U L^-T with U^T M U = L L^T, twice; R = the product of the factors' transposes. False when U is dependent.
-  bool orthonormalise(Eigen::Ref<Matrix> U, Matrix& R) const {
-    R = Matrix::Identity(U.cols(), U.cols());
-    for (int pass = 0; pass < 2; ++pass) {
-      const Matrix G = U.transpose() * Matrix(M_ * U);
-      const Cholesky cholesky(G);
-      if (!cholesky.ok()) return false;
-      const Vector diagonal = cholesky.diagonal();
-      if (!(diagonal.minCoeff() > 1e-7 * diagonal.maxCoeff())) return false;
-      cholesky.divide_by_upper(U);
-      R = cholesky.upper() * R;
+  // Wide enough to read a factor once for many, narrow enough for a space of many powers.
+  static Index chosen_block(Index n, Index k) {
+    const Index wide = k < 20 ? 8 : k < 400 ? 16 : 32;
+    return std::min(wide, std::max<Index>(4, n / 40));
+  }
+
+  Index whole_blocks(Index vectors) const { return vectors / b_ * b_; }
+
+  // Vectors before a restart. Without one the space needs some 2 k and a few blocks.
+  Index largest_basis() const {
+    Index most = options_.basis;
+    if (most == 0) {
+      const auto in_memory = static_cast<Index>(basis_bytes / (8 * static_cast<double>(std::max<Index>(n_, 1))));
+      most = std::clamp(in_memory, std::max(2 * k_, k_ + 6 * b_), 4 * k_ + 24 * b_);
     }
+    return whole_blocks(std::min(most, n_ - b_));
+  }
+
+  Index first_look() const { return std::min(m_, whole_blocks(5 * k_ / 2 + 20 * b_)); }
+
+  // Ritz pairs converge at about the rate at which they did so far; looks cost an eigenvalue problem each.
+  Index next_look(Index converged) const {
+    const Index missing = 2 * (k_ - converged);
+    return std::min(m_, size_ + std::max(2 * b_, whole_blocks(std::min(missing, size_ / 6))));
+  }
+
+  // U <- U L^-T, P <- P L^-T with U^T P = L L^T (P = M U); R = L^T. False when U is dependent.
+  bool orthonormalise_once(Eigen::Ref<Matrix> U, Matrix& P, Matrix& R) const {
+    const Matrix G = tall_product(U, P);
+    const Cholesky cholesky(Matrix(0.5 * (G + G.transpose())));
+    if (!cholesky.ok()) return false;
+    const Vector diagonal = cholesky.diagonal();
+    if (!(diagonal.minCoeff() > 1e-7 * diagonal.maxCoeff())) return false;
+    cholesky.divide_by_upper(U);
+    cholesky.divide_by_upper(P);
+    R = cholesky.upper();
+    return true;
+  }
+
+  // Twice; P = M U afterwards to round-off.
+  bool orthonormalise(Eigen::Ref<Matrix> U, Matrix& P, Matrix& R) const {
+    Matrix R_1, R_2;
+    if (!orthonormalise_once(U, P, R_1)) return false;
+    multiply_symmetric(M_, U, P);
+    if (!orthonormalise_once(U, P, R_2)) return false;
+    R = R_2 * R_1;
     return true;
   }
 
   bool start() {
-    V_.resize(n_, m_ + b_);
+    const SingleThreadedBlas blas;
     H_ = Matrix::Zero(m_, m_);
     size_ = 0;
-    Matrix X = starting_block(n_, b_), R;
     // One application of the operator takes out most of what no wanted vector has.
-    X = M_ * X;
-    solve_(X);
-    V_.leftCols(b_) = X;
-    return orthonormalise(V_.leftCols(b_), R);
+    Matrix X, R;
+    multiply_symmetric(M_, starting_block(n_, b_), X);
+    auto first = V_.block(0);
+    first = X;
+    solve_(first);
+    multiply_symmetric(M_, first, P_);
+    return orthonormalise(first, P_, R);
   }
 
-  // Returns h = V^T M U of the first columns of V, U <- U - V h
-  Matrix project_out(Eigen::Ref<Matrix> U, Index columns) const {
-    const Matrix M_U = M_ * U;
-    Matrix h = V_.leftCols(columns).transpose() * M_U;
-    U.noalias() -= V_.leftCols(columns) * h;
-    return h;
-  }
-
-  // Blocks until the basis has m vectors; V holds one block more.
-  bool extend() {
-    Matrix R, R_again;
-    while (size_ < m_) {
+  // Blocks until the basis has so many vectors; V holds one block more, and P is M times that one.
+  bool extend(Index vectors) {
+    const SingleThreadedBlas blas;
+    while (size_ < vectors) {
       const Index columns = size_ + b_;
-      auto next = V_.middleCols(columns, b_);
-      next = M_ * V_.middleCols(size_, b_);
-      solve_(next);
-      // Twice, as orthonormalising enlarges the round-off that the first projection left.
-      Matrix h = project_out(next, columns);
-      if (!orthonormalise(next, R)) return false;
-      h += project_out(next, columns) * R;
-      if (!orthonormalise(next, R_again)) return false;
+      auto U = V_.block(columns);
+      U = P_;
+      solve_(U);
+      Matrix h;
+      if (is_restarted_) {
+        // All that was kept couples with this block
+        multiply_symmetric(M_, U, P_);
+        h = V_.transposed_product(columns, P_);
+        V_.subtract(h, U);
+        multiply_symmetric(M_, U, P_);
+        is_restarted_ = false;
+      } else {
+        h = three_terms(U);
+      }
+      Matrix R, R_again;
+      if (!orthonormalise_once(U, P_, R)) return false;
+      // Against all, as orthonormalising enlarges the round-off that was left
+      multiply_symmetric(M_, U, P_);
+      const Matrix rest = V_.transposed_product(columns, P_);
+      V_.subtract(rest, U);
+      h += rest * R;
+      multiply_symmetric(M_, U, P_);
+      if (!orthonormalise(U, P_, R_again)) return false;
       last_ = R_again * R;
       H_.block(0, size_, columns, b_) = h;
       H_.block(size_, 0, b_, columns) = h.transpose();
       size_ = columns;
+      if (options_.progress) options_.progress(size_, vectors);
     }
     return true;
   }
 
+  // U <- U - V_j (V_j^T M U) - V_j-1 (V_j-1^T M U) of the last two blocks: what it has of others is round-off. P_: M V_j, then M U.
+  Matrix three_terms(Eigen::Ref<Matrix> U) {
+    Matrix h = Matrix::Zero(size_ + b_, b_);
+    const Matrix own = tall_product(P_, U);
+    h.bottomRows(b_) = 0.5 * (own + own.transpose());
+    const auto newest = V_.block(size_);
+    subtract_product(newest, h.bottomRows(b_), U);
+    if (size_ > 0) {
+      h.middleRows(size_ - b_, b_) = last_.transpose();
+      subtract_product(V_.block(size_ - b_), last_.transpose(), U);
+    }
+    multiply_symmetric(M_, U, P_);
+    return h;
+  }
+
   // H S = S diag(theta), theta descending
   void rayleigh_ritz() {
-    const Matrix H = 0.5 * (H_ + H_.transpose());
-    const Eigenpairs pairs = dense_eigenpairs(-H, Vector(Vector::Ones(m_)), m_);
+    const auto H = H_.topLeftCorner(size_, size_);
+    // A restart keeps a third of what is beyond k
+    const Index wanted = size_ < m_ ? k_ : kept();
+    const BlasForWork blas(4.0 * static_cast<double>(size_ * size_ * size_));
+    const Eigenpairs pairs = dense_eigenpairs(-0.5 * (H + H.transpose()), Vector(Vector::Ones(size_)), wanted);
     assert(pairs.converged);
     theta_ = -pairs.lambda;
     S_ = pairs.Phi;
@@ -128,32 +205,35 @@ class BlockLanczos {
     return count;
   }
 
+  // A third of the space above k goes on, as the pairs next in line help the last ones to converge.
+  Index kept() const { return whole_blocks(std::min(m_ - 2 * b_, k_ + (m_ - k_) / 3)); }
+
   void restart() {
-    // A third of the space above k goes on, as the pairs next in line help the last ones to converge.
-    const Index kept = (std::min(m_ - 2 * b_, k_ + (m_ - k_) / 3) / b_) * b_;
-    const Matrix Ritz = V_.leftCols(m_) * S_.leftCols(kept);
-    V_.leftCols(kept) = Ritz;
-    const Matrix next = V_.middleCols(m_, b_);
-    V_.middleCols(kept, b_) = next;
+    const SingleThreadedBlas blas;
+    const Index kept = this->kept();
+    V_.rotate(S_.leftCols(kept));
+    const Matrix next = V_.block(m_);
+    V_.block(kept) = next;
     H_.setZero();
     H_.diagonal().head(kept) = theta_.head(kept);
     size_ = kept;
+    is_restarted_ = true;
   }
 
   const SparseMatrix& M_;
   const std::function<void(Eigen::Ref<Matrix>)>& solve_;
   const BlockLanczosOptions& options_;
   Index n_ = 0, k_ = 0, b_ = 0, m_ = 0, size_ = 0;
-  Matrix V_, H_, S_, last_;
+  TallBasis V_;
+  Matrix P_, H_, S_, last_;
   Vector theta_;
+  bool is_restarted_ = false;
 };
 
 }  // namespace
 
 Eigenpairs block_lanczos(const SparseMatrix& M, const std::function<void(Eigen::Ref<Matrix>)>& solve, double sigma, Index k,
                          const BlockLanczosOptions& options) {
-  const double n = static_cast<double>(M.rows()), basis = 2 * static_cast<double>(k);
-  const BlasForWork blas(4 * n * basis * basis);  // that keep it orthonormal
   return BlockLanczos(M, solve, k, options).run(sigma);
 }
 

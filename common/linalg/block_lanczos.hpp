@@ -15,7 +15,8 @@ struct BlockLanczosOptions {
   // (slender parts: 1e5 times) no more is asked than that one's round-off, which is in all of them.
   double tolerance = 1e-13;
   Index max_restarts = 200;
-  double largest = 0;  // theta of `solve` itself, where the largest are taken out of it
+  double largest = 0;                          // theta of `solve` itself, where the largest are taken out of it
+  std::function<void(Index, Index)> progress;  // vectors of the basis, and of the basis that is next looked at; may be empty
 };
 
 // The k eigenvalues of K x = lambda M x nearest above sigma; `solve` overwrites B (n x m) by (K - sigma M)^-1 B. Everything costly

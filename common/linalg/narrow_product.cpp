@@ -11,33 +11,38 @@ namespace {
 
 typedef double Lanes __attribute__((vector_size(width * sizeof(double))));
 
-// Rows, or columns, whose sums stay in registers; columns that are gone through before the next rows: their pages stay in the TLB.
-constexpr Index together = 8, strip = 64;
+// Columns of L that are read side by side, their rows of X in registers.
+constexpr Index together = 8;
 
 }  // namespace
 
 CBR_CLONES void multiply(const double* L, Index stride, Index rows, Index columns, const double* X_t, double* Y_t) {
-  if (columns == 0) std::fill_n(Y_t, width * rows, 0.0);
-  for (Index first = 0; first < columns; first += strip) {
-    const Index last = std::min(first + strip, columns);
-    Index i = 0;
-    for (; i + together <= rows; i += together) {
-      Lanes sum[together] = {};
-      if (first > 0) std::memcpy(sum, Y_t + width * i, sizeof sum);
-      for (Index j = first; j < last; ++j) {
-        Lanes x;
-        std::memcpy(&x, X_t + width * j, sizeof x);
-        const double* l = L + j * stride + i;
-        for (Index r = 0; r < together; ++r) sum[r] += l[r] * x;
+  std::fill_n(Y_t, width * rows, 0.0);
+  Index j = 0;
+  // Some columns go down the rows side by side: as many streams, which the processor reads ahead
+  for (; j + together <= columns; j += together) {
+    Lanes x[together];
+    std::memcpy(x, X_t + width * j, sizeof x);
+    const double* l = L + j * stride;
+    for (Index i = 0; i < rows; ++i) {
+      Lanes y, z = {};
+      std::memcpy(&y, Y_t + width * i, sizeof y);
+      for (Index r = 0; r < together; r += 2) {
+        y += l[r * stride + i] * x[r];
+        z += l[(r + 1) * stride + i] * x[r + 1];
       }
-      std::memcpy(Y_t + width * i, sum, sizeof sum);
+      y += z;
+      std::memcpy(Y_t + width * i, &y, sizeof y);
     }
-    for (; i < rows; ++i) {
-      for (Index c = 0; c < width; ++c) {
-        double sum = first > 0 ? Y_t[width * i + c] : 0;
-        for (Index j = first; j < last; ++j) sum += L[j * stride + i] * X_t[width * j + c];
-        Y_t[width * i + c] = sum;
-      }
+  }
+  for (; j < columns; ++j) {
+    Lanes x;
+    std::memcpy(&x, X_t + width * j, sizeof x);
+    for (Index i = 0; i < rows; ++i) {
+      Lanes y;
+      std::memcpy(&y, Y_t + width * i, sizeof y);
+      y += L[j * stride + i] * x;
+      std::memcpy(Y_t + width * i, &y, sizeof y);
     }
   }
 }
