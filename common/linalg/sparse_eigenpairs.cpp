@@ -165,6 +165,15 @@ Eigenpairs finished(const SparseMatrix& M, Eigenpairs&& pairs) {
   return std::move(pairs);
 }
 
+// Where the spectrum is wide, 1 / theta has more of the largest theta's round-off than Rayleigh's quotient has of K's.
+void sharpen(const SparseMatrix& K, const SparseMatrix& M, Eigenpairs& pairs) {
+  const double scale = (K.diagonal().array() / M.diagonal().array()).maxCoeff(), lowest = pairs.lambda(0);
+  for (Index j = 0; j < pairs.lambda.size(); ++j) {
+    const double lambda = pairs.lambda(j);
+    if (lambda * lambda / lowest > 10 * scale) pairs.lambda(j) = pairs.Phi.col(j).dot(K * pairs.Phi.col(j));
+  }
+}
+
 Eigenpairs dense_answer(const SparseMatrix& K, const SparseMatrix& M, Index k) {
   bool diagonal = true;
   for (Index j = 0; diagonal && j < M.cols(); ++j) {
@@ -208,7 +217,11 @@ Eigenpairs sparse_eigenpairs(const SparseMatrix& K, const SparseMatrix& M, const
     options.tolerance = tolerance;
     pairs = block_lanczos(
         M, [&](Eigen::Ref<Matrix> B) { factor.solve_in_place(B); }, sigma, k, options);
-    if (pairs.converged) return finished(M, std::move(pairs));
+    if (pairs.converged) {
+      pairs = finished(M, std::move(pairs));
+      sharpen(K, M, pairs);
+      return pairs;
+    }
   }
   if (ncv == 0) ncv = std::max<Index>(2 * k + 1, 20);
   ncv = std::clamp(ncv, k + 1, n);
