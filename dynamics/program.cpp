@@ -14,9 +14,11 @@
 #include "common/state_archive.hpp"
 #include "common/unchanged_files.hpp"
 #include "dynamics/output/checkpoint.hpp"
+#include "dynamics/output/contact_summary.hpp"
 #include "dynamics/output/fields.hpp"
 #include "dynamics/output/half_check.hpp"
 #include "dynamics/output/output_names.hpp"
+#include "dynamics/output/progress.hpp"
 #include "dynamics/output/results.hpp"
 #include "dynamics/setup/build.hpp"
 #include "dynamics/setup/half_modes.hpp"
@@ -92,7 +94,8 @@ bool check_half(Scene scene, BuildOptions options, const BuiltScene& built, cons
   Report silent("cbr-dyn", Verbosity::quiet);  // but for warnings
   BuiltScene half = build(scene, silent, options);
   RunOptions run_options;
-  run_options.on_progress = [&](double fraction) { report.progress("checking", fraction); };
+  RunProgress progress(report, "checking", half.simulation.plan.end);
+  run_options.on_progress = [&](double fraction) { progress.at(fraction); };
   run_options.is_to_end = [&] { return signals.any(); };
   std::optional<SingleThreadedBlas> one_thread;
   if (!is_worth_blas_threads(half.simulation)) one_thread.emplace();
@@ -139,16 +142,27 @@ class Run {
     if (clock_) clock_->start_at(from.step, from.time);
     saved_fields_ = {fields_of_checkpoint(restart), std::move(from.field_times), std::move(from.fields_hash)};
     state_ = std::move(state);
+    begun_at_ = from.time;
+    has_told_overlaps_ = true;
   }
+
+  bool is_restarted() const { return state_.has_value(); }
 
   RunResult run() {
     RunOptions options;
-    options.on_progress = [this](double fraction) { report_.progress("stepping", fraction); };
+    RunProgress progress(report_, "stepping", built_.simulation.plan.end, begun_at_ / built_.simulation.plan.end);
+    options.on_progress = [&](double fraction) { progress.at(fraction); };
     if (!scene_.output.fields.empty()) {
       fields_ = std::make_unique<FieldWriter>(scene_, built_, results_, report_, hash_, saved_fields_);
-      options.on_output = [this](Index, double t) { fields_->add(t); };  // counted with the steps
     }
-    options.is_to_end = [this] { return signals_.any(); };
+    options.on_output = [this](Index, double t) {
+      if (fields_) fields_->add(t);  // counted with the steps
+      built_.gaps.look(built_.simulation);
+    };
+    options.is_to_end = [this] {
+      tell_overlaps();
+      return signals_.any();
+    };
     if (clock_) {
       // One that a signal ends can go on from where it was
       options.is_checkpoint = [this](Index step, double t) { return clock_->is_due(step, t) || signals_.any(); };
@@ -161,6 +175,7 @@ class Run {
     rest_blas_threads();
     RunResult result = cbr::run(built_.simulation, options);
     report_.end_progress();
+    tell_overlaps();
     return result;
   }
 
@@ -186,9 +201,17 @@ class Run {
   const NotedSignals& signals() const { return signals_; }
 
  private:
+  // As soon as contact has looked at them: what is wrong at the start is not worth the run.
+  void tell_overlaps() {
+    if (has_told_overlaps_) return;
+    has_told_overlaps_ = true;
+    warn_of_initial_overlaps(built_, report_);
+  }
+
   std::string end_text(const RunResult& result) const {
     std::ostringstream text;
-    text << "ended by " << signals_.name() << " at t = " << *result.ended_at << " s of " << built_.simulation.plan.end << " s";
+    text << "ended by " << signals_.name() << " at t = " << *result.ended_at << " s of " << built_.simulation.plan.end
+         << " s, after " << result.reached << " of " << built_.simulation.plan.n_steps() << " steps";
     return text.str();
   }
 
@@ -225,6 +248,8 @@ class Run {
   const NotedSignals signals_;
   std::string hash_;
   std::filesystem::path file_;
+  double begun_at_ = 0;  // the time of the checkpoint that the run goes on from
+  bool has_told_overlaps_ = false;
   bool has_failed_ = false;         // to write the last checkpoint
   std::optional<double> saved_at_;  // the time of the last one that was written
   std::optional<CheckpointClock> clock_;
@@ -256,10 +281,11 @@ void run_scene(const std::string& scene_or_dash, const std::filesystem::path& re
   inputs.check();
   Run run(*scene, built, results, report);
   if (!hash.empty()) run.use_checkpoints(hash, restart);
+  announce(built, report);
   const RunResult result = run.run();
   run.write(result);
   count_work(built.simulation, result, report);
-  summarise(built, result, report);
+  summarise(built, result, run.is_restarted(), report);
   const bool is_checked =
       !check_error || result.ended_at || check_half(*scene, build_options, built, result, run.signals(), report);
   run.finish(result);

@@ -59,6 +59,9 @@ static void keep_state(StateArchive& archive, RunResult::OfMonitor& of) { archiv
 
 static void keep_state(StateArchive& archive, RunResult::OfBody& of) {
   archive(of.center_of_mass, of.momentum, of.angular_momentum, of.kinetic_energy, of.strain_energy);
+  double turned_at = of.turned_at.value_or(-1);
+  archive(of.rotation, turned_at);
+  if (turned_at >= 0) of.turned_at = turned_at;
 }
 
 static void keep_state(StateArchive& archive, RunResult::OfPair& of) {
@@ -77,7 +80,7 @@ static void keep_state(StateArchive& archive, RunResult& result) {
   archive(result.time, result.monitors, result.bodies, result.pairs);
   archive(result.total, result.work_external, result.work_contact, result.work_friction, result.work_numerical, result.active);
   archive(result.steps, result.jumps, result.contact_steps, result.contact_rows, result.scaled_energy_share, result.work);
-  archive(result.largest_rotation, result.most_rotated);
+  archive(result.largest_rotation);
 }
 
 void Recorder::keep_state(StateArchive& archive) { archive(result_, last_, work_); }

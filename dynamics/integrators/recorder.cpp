@@ -120,10 +120,9 @@ void Recorder::record_energy(const std::vector<char>& resting) {
     total += now.kinetic_energy + now.strain_energy;
     scaled += now.scaled_energy;
     external += work.external, contact += work.contact, friction += work.friction, numerical += work.numerical;
-    if (now.rotation > result_.largest_rotation) {
-      result_.largest_rotation = now.rotation;
-      result_.most_rotated = static_cast<Index>(b);
-    }
+    result_.largest_rotation = std::max(result_.largest_rotation, now.rotation);
+    series.rotation = std::max(series.rotation, now.rotation);
+    if (now.rotation > small_rotation && !series.turned_at) series.turned_at = result_.time.back();
   }
   result_.total.push_back(total);
   if (scaled > 0) result_.scaled_energy_share = std::max(result_.scaled_energy_share, scaled / total);

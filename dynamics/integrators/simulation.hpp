@@ -107,6 +107,9 @@ struct StepSeconds {
   double output = 0;
 };
 
+// rad: 5 degrees. Bodies are linear: beyond it their strains are off by a share of it, and a warning says so.
+constexpr double small_rotation = 0.08726646259971647;
+
 struct RunResult {
   std::vector<double> time;
   struct OfMonitor {
@@ -115,6 +118,8 @@ struct RunResult {
   struct OfBody {
     Series3 center_of_mass, momentum, angular_momentum;
     std::vector<double> kinetic_energy, strain_energy;
+    double rotation = 0;                   // rad, the largest at an output
+    std::optional<double> turned_at = {};  // the first output at which it was above small_rotation
   };
   // Of a pair that `contact: all` stands for and that has never come near: empty.
   struct OfPair {
@@ -133,7 +138,7 @@ struct RunResult {
   WorkCounts work;
   StepSeconds seconds;             // of this part of the run, when it was restarted
   double largest_rotation = 0;     // rad
-  Index most_rotated = -1;         // index into bodies
+  Index reached = 0;               // of the planned steps, those that the run has come to the end of
   std::optional<double> ended_at;  // the time of the step after which the run was ended; none: it has come to its end
 };
 

@@ -43,9 +43,10 @@ class TimeLoop {
       go_on();
       const Index taken = ++recorder_.result().steps;
       if (plan().is_output(step_)) record();
-      if (taken % 16 == 0 && options_.on_progress) options_.on_progress(plan().time(step_) / plan().end);
+      if (taken % told_ == 0 && options_.on_progress) options_.on_progress(plan().time(step_) / plan().end);
       if (step_ < plan().n_steps() && is_ended_here()) break;
     }
+    recorder_.result().reached = step_;
     return std::move(recorder_.result());
   }
 
@@ -205,6 +206,8 @@ class TimeLoop {
 
   Simulation& sim_;
   const RunOptions& options_;
+  // Steps from one call of on_progress to the next: few steps are long ones
+  const Index told_ = std::clamp<Index>(sim_.plan.n_steps() / 1000, 1, 16);
   ContactState state_;
   ContactOutcome outcome_;
   Recorder recorder_;

@@ -26,7 +26,10 @@ struct Balance {
 };
 Balance balance(const RunResult& result);
 
-// Instances, steps and what limits them, balances, contact, on the report; warnings for what looks wrong.
-void summarise(const BuiltScene& built, const RunResult& result, Report& report);
+// Before the first step: instances, dofs, steps and what limits them.
+void announce(const BuiltScene& built, Report& report);
+
+// Balances and contact, each figure with what is good, and warnings for what looks wrong. Counters with --verbose alone.
+void summarise(const BuiltScene& built, const RunResult& result, bool is_restarted, Report& report);
 
 }  // namespace cbr

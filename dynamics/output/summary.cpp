@@ -6,8 +6,8 @@
 #include <sstream>
 
 #include "common/format_text.hpp"
-#include "common/scene_words.hpp"
 #include "dynamics/output/basis_energy.hpp"
+#include "dynamics/output/contact_summary.hpp"
 #include "dynamics/output/results.hpp"
 
 namespace cbr {
@@ -33,48 +33,22 @@ double drift(const RunResult& result, Series3 RunResult::OfBody::*series, double
   return scale > 0 ? worst / scale : 0;
 }
 
-Integrator integrator_of(Scheme scheme) {
-  if (scheme == Scheme::newmark) return Integrator::newmark;
-  return scheme == Scheme::exact ? Integrator::exact : Integrator::central_difference;
-}
-
-std::string kind_of(const BuiltScene::OfInstance& of) {
-  if (of.mesh) return "mesh";
-  return of.parts.size() == 1 ? "superelement" : "superelement of " + std::to_string(of.parts.size()) + " domains";
-}
-
-void instance_lines(const BuiltScene& built, Report& report) {
-  for (std::size_t b = 0; b < built.instances.size(); ++b) {
-    const Body& body = *built.simulation.bodies[b];
-    std::ostringstream line;
-    line << "instance " << body.name() << ": component " << built.instances[b].component << ", " << kind_of(built.instances[b])
-         << ", " << body.n_dofs() << " dofs, " << word_of(integrator_words, integrator_of(body.scheme()));
-    report.line(line.str());
-    const double omega = body.largest_frequency();
-    std::ostringstream detail;
-    detail.precision(6);
-    detail << "instance " << body.name() << ": highest frequency " << omega / (2 * std::numbers::pi) << " Hz";
-    if (omega > 0) detail << ", critical step of central differences " << 2 / omega << " s";
-    report.detail(detail.str());
-  }
-}
-
-void step_lines(const BuiltScene& built, const RunResult& result, Report& report) {
+// How far the run has come, where that is not plain.
+void reached_lines(const BuiltScene& built, const RunResult& result, Report& report) {
   const TimePlan& plan = built.simulation.plan;
   std::ostringstream line;
   line.precision(5);
-  line << "steps: " << plan.n_steps() << " of " << plan.h << " s";
+  if (result.ended_at)
+    line << "ended early: " << result.reached << " of " << plan.n_steps() << " steps, t = " << *result.ended_at << " s of "
+         << plan.end << " s";
   if (result.jumps > 0)
-    line << ", " << result.steps << " of them computed (the others were skipped: exact motion, no contact near)";
-  if (plan.newmark_alpha) {
-    line.precision(3);
-    line << "; newmark, alpha " << *plan.newmark_alpha;
-    if (plan.critical > 0) line << ", " << plan.h / plan.critical << " times the critical step of central differences";
-    if (!plan.limit.empty()) line << " (set by " << plan.limit << ")";
-  } else if (!plan.limit.empty()) {
-    line << "; step limited by " << plan.limit;
-  }
-  report.line(line.str());
+    line << (result.ended_at ? "; " : "steps: ") << result.steps << " of " << result.reached
+         << " computed (the others were skipped: exact motion, no contact near)";
+  if (!line.str().empty()) report.line(line.str());
+}
+
+void scaling_lines(const BuiltScene& built, const RunResult& result, Report& report) {
+  const TimePlan& plan = built.simulation.plan;
   if (plan.clip == 0) {
     if (plan.is_scaling_asked)
       report.line("mass scaling: nothing is scaled, as the step is not above the critical one of any superelement that touches" +
@@ -94,71 +68,6 @@ void step_lines(const BuiltScene& built, const RunResult& result, Report& report
             << " % of the energy: their motion is not that of the body; take a smaller step";
     report.warning(warning.str());
   }
-}
-
-// "1 step", "2 steps"
-std::string counted(Index n, const std::string& noun) { return std::to_string(n) + " " + noun + (n == 1 ? "" : "s"); }
-
-// 0 where it is round-off.
-double initial_overlap(const ContactPair& pair) {
-  const double overlap = std::max(pair.seen().memory.initial_overlap, pair.seen().back.initial_overlap);
-  return overlap > 1e-10 * pair.master->size ? overlap : 0;
-}
-double initial_gap(const ContactPair& pair) { return std::min(pair.seen().memory.initial_gap, pair.seen().back.initial_gap); }
-
-std::string contact_line(const ContactPair& pair) {
-  std::ostringstream line;
-  line.precision(3);
-  line << "contact " << pair.name << ": " << counted(static_cast<Index>(pair.slave->nodes.size()), "slave node") << " of "
-       << pair.slave->name;
-  if (pair.law.law == ContactLaw::tied) {
-    const Index n = static_cast<Index>(pair.slave->nodes.size()),
-                free = pair.has_state() ? pair.seen().tie_report.without_partner : n;
-    line << ", " << counted(static_cast<Index>(pair.seen().ties.points.size()), "point") << " tied, largest offset "
-         << pair.seen().tie_report.largest_offset << ", " << counted(free, "node") << " left free";
-  }
-  line << ", " << word_of(formulation_words, pair.formulation) << ", " << word_of(enforcement_words, pair.enforcement);
-  if (pair.law.law == ContactLaw::coulomb) line << ", friction " << pair.law.friction;
-  if (pair.damping > 0) line << ", damping " << pair.damping;
-  line << "; largest area in contact " << pair.seen().largest_area;
-  if (pair.law.law != ContactLaw::tied) line << ", largest penetration " << pair.seen().penetration;
-  if (pair.enforcement == Enforcement::impulse) line << ", residual " << pair.seen().residual;
-  if (initial_overlap(pair) > 0) line << "; initial overlap " << initial_overlap(pair);
-  // Surfaces that touch or overlap somewhere have no gap, however far their other nodes are.
-  if (initial_overlap(pair) == 0 && initial_gap(pair) > 0 && std::isfinite(initial_gap(pair)))
-    line << "; initial gap " << initial_gap(pair);
-  if (pair.seen().n_fallbacks > 0) line << "; Newton's method needed help in " << counted(pair.seen().n_fallbacks, "step");
-  return line.str();
-}
-
-void contact_warnings(const ContactPair& pair, Report& report) {
-  const double overlap = initial_overlap(pair);
-  if (overlap > std::max(1e-6 * pair.master->size, pair.adjust.value_or(0))) {
-    std::ostringstream warning;
-    warning.precision(3);
-    warning << "contact " << pair.name << ": the surfaces overlap by " << overlap
-            << " at the start; nodes that overlapped were held where they were, not pushed out";
-    report.warning(warning.str());
-  }
-  if (pair.enforcement != Enforcement::penalty && pair.seen().residual > 1e-6)
-    report.warning("contact " + pair.name + ": not all gaps could be closed or opened (complementarity residual above 1e-6)");
-}
-
-// Of many pairs only those that met.
-void contact_lines(const BuiltScene& built, Report& report) {
-  constexpr std::size_t many = 10;
-  const auto& pairs = built.simulation.pairs;
-  std::size_t n_apart = 0;
-  for (const ContactPair& pair : pairs) {
-    const bool apart = pair.seen().largest_area == 0 && initial_overlap(pair) == 0;
-    if (pairs.size() > many && apart) {
-      ++n_apart;
-    } else {
-      report.line(contact_line(pair));
-    }
-    contact_warnings(pair, report);
-  }
-  if (n_apart > 0) report.line("contact: " + counted(n_apart, "more pair") + " that never met");
 }
 
 // Energy that round-off brings: gaps are closed to the last digits of positions, some eps of the reach in a step h, and so are
@@ -229,7 +138,7 @@ void work_line(const BuiltScene& built, const RunResult& result, Report& report)
   if (!sim.pairs.empty())
     line << ", " << result.work.pair_searches << " of " << steps * static_cast<Index>(sim.pairs.size()) << " searches of pairs, "
          << result.work.pair_looks << " comparisons and " << result.work.bounds << " motion bounds to know which";
-  report.line(line.str());
+  report.detail(line.str());
 }
 
 }  // namespace
@@ -254,21 +163,48 @@ Balance balance(const RunResult& result) {
   return b;
 }
 
-void summarise(const BuiltScene& built, const RunResult& result, Report& report) {
-  instance_lines(built, report);
-  step_lines(built, result, report);
-  work_line(built, result, report);
-  const Balance b = balance(result);
+namespace {
+
+void balance_lines(const BuiltScene& built, const RunResult& result, const Balance& b, Report& report) {
   std::ostringstream line;
   line.precision(3);
-  line << "balance: energy " << b.energy << ", work of loads " << result.work_external.back() << ", of contact "
-       << result.work_contact.back();
+  line << "energy: " << result.total.front() << " -> " << result.total.back() << ", work of loads " << result.work_external.back()
+       << ", of contact " << result.work_contact.back();
   if (built.simulation.plan.newmark_alpha.value_or(0) != 0) line << numerical_loss(result);
-  line << ", total energy " << result.total.front() << " -> " << result.total.back();
-  if (built.momentum_is_kept) line << "; drift of momentum " << b.momentum << ", of angular momentum " << b.angular_momentum;
+  line << "; the balance closes to " << b.energy << " (good: below 1e-8)";
   report.line(line.str());
+  if (!built.momentum_is_kept) return;
+  report.line(
+      format_text("momentum: drift %.3g (good: below 1e-10), of angular momentum %.3g (good: below 1e-2; it grows with "
+                  "rotations, which bodies take as small)",
+                  b.momentum, b.angular_momentum));
+}
+
+// Bodies are linear: strains of a rotated one are wrong.
+void rotation_warnings(const BuiltScene& built, const RunResult& result, Report& report) {
+  constexpr int most = 10;
+  int n = 0;
+  for (std::size_t i = 0; i < result.bodies.size(); ++i) {
+    const RunResult::OfBody& of = result.bodies[i];
+    if (!of.turned_at || ++n > most) continue;
+    report.warning(
+        format_text("instance '%s' rotates by %.3g degrees, beyond 5 from t = %.4g s on: bodies are linear (small "
+                    "rotations), so its motion is no longer right",
+                    built.simulation.bodies[i]->name().c_str(), of.rotation * 180 / std::numbers::pi, *of.turned_at));
+  }
+  if (n > most) report.warning("and " + std::to_string(n - most) + " more instances rotate by more than 5 degrees");
+}
+
+}  // namespace
+
+void summarise(const BuiltScene& built, const RunResult& result, bool is_restarted, Report& report) {
+  reached_lines(built, result, report);
+  scaling_lines(built, result, report);
+  work_line(built, result, report);
+  const Balance b = balance(result);
+  balance_lines(built, result, b, report);
   if (const auto outside = energy_outside_basis(built, result)) report.line(text_of(*outside, built.momentum_is_kept));
-  contact_lines(built, report);
+  contact_lines(built, is_restarted, report);
   for (const std::string& note : built.notes) report.line("note: " + note);
   if (!(b.energy <= 1e-8))
     report.warning(built.simulation.plan.newmark_alpha
@@ -276,14 +212,7 @@ void summarise(const BuiltScene& built, const RunResult& result, Report& report)
                        : "the energy balance does not close: the step may be above the critical one");
   distance_warning(built, report);
   energy_warning(built, result, report);
-  const double degrees = result.largest_rotation * 180 / std::numbers::pi;
-  if (degrees > 5) {
-    std::ostringstream warning;
-    warning.precision(3);
-    warning << "instance '" << built.simulation.bodies[result.most_rotated]->name() << "' rotates by " << degrees
-            << " degrees: bodies are linear (small rotations), so its motion is no longer right";
-    report.warning(warning.str());
-  }
+  rotation_warnings(built, result, report);
 }
 
 }  // namespace cbr

@@ -16,6 +16,7 @@
 #include "common/scene_words.hpp"
 #include "dynamics/setup/contact_setup.hpp"
 #include "dynamics/setup/instance_body.hpp"
+#include "dynamics/setup/scene_warnings.hpp"
 #include "dynamics/setup/skin_shells.hpp"
 #include "dynamics/setup/starting_overlap.hpp"
 
@@ -288,10 +289,12 @@ BuiltScene build(const Scene& scene, Report& report, const BuildOptions& options
   const std::vector<ContactKind> in_contact = add_contact(index, built, report);
   add_loads(index, built);
   add_monitors(index, built);
+  built.gaps.start(built.simulation);
   built.simulation.plan = plan_time(*scene.time, scene.output.every, built.simulation.bodies, in_contact);
   set_contact_step(in_contact, built);
   scale_bodies(in_contact, built);
   look_for_overlaps(scene, built, report);
+  warn_of_odd_scenes(scene, built, report);
   warn_of_missed_loads(index, built, report);
   return built;
 }

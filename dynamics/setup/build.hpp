@@ -10,6 +10,7 @@
 #include "common/scene.hpp"
 #include "dynamics/integrators/simulation.hpp"
 #include "dynamics/setup/component_model.hpp"
+#include "dynamics/setup/gap_watch.hpp"
 #include "dynamics/setup/geometry.hpp"
 
 namespace cbr {
@@ -30,6 +31,7 @@ struct BuiltScene {
     double mass = 0;
   };
   std::vector<OfInstance> instances;  // as simulation.bodies
+  GapWatch gaps;
   std::vector<std::string> notes;     // for the summary
   bool momentum_is_kept = true;       // no boundary conditions, loads, or rigid walls that are met
 };

@@ -4,7 +4,6 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 #include <optional>
@@ -13,6 +12,7 @@
 #include "common/error.hpp"
 #include "dynamics/contact/broad_phase.hpp"
 #include "dynamics/setup/solid.hpp"
+#include "dynamics/setup/surface_distance.hpp"
 
 namespace cbr {
 namespace {
@@ -21,26 +21,6 @@ namespace {
 constexpr double most_comparisons = 5e6, most_angles = 1e6;
 // Of a face: less is round-off.
 constexpr double least_depth = 1e-6;
-
-using Triangle = std::array<Vector3, 3>;
-
-// Nearest point of a triangle (Ericson 2005, Real-Time Collision Detection, 5.1.5, by way of the edges).
-Vector3 nearest_point(const Triangle& t, const Vector3& x) {
-  const Vector3 a = t[1] - t[0], b = t[2] - t[0], r = x - t[0];
-  const double aa = a.dot(a), ab = a.dot(b), bb = b.dot(b), ra = r.dot(a), rb = r.dot(b), det = aa * bb - ab * ab;
-  if (det > 0) {
-    const double u = (bb * ra - ab * rb) / det, v = (aa * rb - ab * ra) / det;
-    if (u >= 0 && v >= 0 && u + v <= 1) return t[0] + u * a + v * b;
-  }
-  Vector3 nearest = t[0];
-  for (std::size_t i = 0; i < 3; ++i) {
-    const Vector3 edge = t[(i + 1) % 3] - t[i];
-    const double length = edge.squaredNorm();
-    const Vector3 p = t[i] + (length > 0 ? std::clamp((x - t[i]).dot(edge) / length, 0.0, 1.0) : 0.0) * edge;
-    if ((p - x).squaredNorm() < (nearest - x).squaredNorm()) nearest = p;
-  }
-  return nearest;
-}
 
 struct Found {
   double depth = 0, size = 0;  // of the face

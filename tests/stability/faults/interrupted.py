@@ -2,6 +2,7 @@
 """Runs that are ended by signals or killed at any moment: what was there stays whole, and they go on to the same bytes."""
 import os
 import random
+import re
 import resource
 import signal
 import time
@@ -30,6 +31,8 @@ def case_signals(folder):
             os.remove(folder / "part.checkpoint.h5")
         assert process.returncode == 1, (process.returncode, errors)
         assert errors.count("\n") == 1 and "part.h5" in errors and number.name in errors and "--restart part.checkpoint.h5" in errors, errors
+        reached, planned = map(int, re.search(r", after (\d+) of (\d+) steps", errors).groups())
+        assert 0 < reached < planned, errors
         require_no_temporary(folder)
         with h5py.File(folder / "part.h5") as part, h5py.File(folder / "whole.h5") as whole:
             n = len(part["time"])

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What a run says while it runs.
+#include "dynamics/output/progress.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+
+namespace cbr {
+namespace {
+
+// What is printed by a run whose share f of the time takes f * seconds.
+std::string printed(bool is_terminal, double seconds, double from = 0, Verbosity verbosity = Verbosity::normal) {
+  testing::internal::CaptureStderr();
+  double now = 5;
+  Report report("cbr-test", verbosity);
+  RunProgress progress(report, "stepping", 2e-3, from, is_terminal, [&] { return now; });
+  for (int i = static_cast<int>(1000 * from) + 1; i <= 1000; ++i) {
+    now = 5 + (i / 1000.0 - from) * seconds;
+    progress.at(i / 1000.0);
+  }
+  report.end_progress();
+  return testing::internal::GetCapturedStderr();
+}
+
+int lines(const std::string& text) { return static_cast<int>(std::count(text.begin(), text.end(), '\n')); }
+
+TEST(RunProgress, ALogGetsALineAtEveryTenth) {
+  const std::string text = printed(false, 100);
+  EXPECT_EQ(lines(text), 9) << text;
+  EXPECT_NE(text.find("stepping: 10 %, t = 0.0002 s of 0.002 s, 1 min 30 s left\n"), std::string::npos) << text;
+  EXPECT_NE(text.find("stepping: 90 %, t = 0.0018 s of 0.002 s, 10.00 s left\n"), std::string::npos) << text;
+}
+
+TEST(RunProgress, ShortRunsAndQuietOnesSayNothing) {
+  EXPECT_EQ(printed(false, 0.9), "");
+  EXPECT_EQ(printed(false, 100, 0, Verbosity::quiet), "");
+}
+
+TEST(RunProgress, ARunThatGoesOnCountsWhatItHasDone) {
+  const std::string text = printed(false, 200, 0.5);
+  EXPECT_EQ(lines(text), 4) << text;
+  EXPECT_NE(text.find("stepping: 60 %, t = 0.0012 s of 0.002 s, 1 min 20 s left\n"), std::string::npos) << text;
+}
+
+}  // namespace
+}  // namespace cbr
