@@ -172,6 +172,13 @@ void sharpen(const SparseMatrix& K, const SparseMatrix& M, Eigenpairs& pairs) {
     const double lambda = pairs.lambda(j);
     if (lambda * lambda / lowest > 10 * scale) pairs.lambda(j) = pairs.Phi.col(j).dot(K * pairs.Phi.col(j));
   }
+  // Equal frequencies may change places by round-off.
+  if (std::is_sorted(pairs.lambda.begin(), pairs.lambda.end())) return;
+  std::vector<Index> order(pairs.lambda.size());
+  std::iota(order.begin(), order.end(), Index(0));
+  std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return pairs.lambda(a) < pairs.lambda(b); });
+  pairs.lambda = Vector(pairs.lambda(order));
+  pairs.Phi = Matrix(pairs.Phi(Eigen::all, order));
 }
 
 Eigenpairs dense_answer(const SparseMatrix& K, const SparseMatrix& M, Index k) {

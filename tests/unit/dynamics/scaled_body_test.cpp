@@ -199,7 +199,7 @@ TEST(ScaledBody, MovesThatAreKnownNeedNoProduct) {
       const Points rub = step % 3 == 0 ? random_points(random, 4, 0.1) : Points(Points::Zero(4, 3));
       Points move = Points::Zero(4, 3);
       known.response(0, h).add_product(p + rub, move);
-      known.add_answered_impulses(0, p, rub, move);
+      known.add_answered_impulses(0, p, rub, move, Vector());
       plain.add_impulses(0, p), plain.add_impulses(0, rub, ImpulseKind::friction);
       known.predicted_positions(0, x), plain.predicted_positions(0, y);
       EXPECT_LT(difference(x, y), 1e-12);
