@@ -233,7 +233,7 @@ class Checker {
     }
   }
 
-  // A face without an area is never touched. A triangle among quad4 (and quad8) repeats its last node.
+  // A face without an area is never touched. A triangle among quad4 (and quad8, quad9) repeats its last node.
   void check_face(const std::string& field, const Surface& surface, Index f) const {
     const bool is_triangle = surface.kind == FaceKind::tri3 || surface.kind == FaceKind::tri6;
     const Index n_corners = is_triangle ? 3 : 4;

@@ -83,10 +83,10 @@ std::vector<int> to_int(const std::vector<Index>& values) {
 
 FaceKind read_kind(const Hdf5Reader& file, const std::string& dataset) {
   const std::string text = file.read_string(dataset, "kind");
-  for (const FaceKind kind : {FaceKind::tri3, FaceKind::quad4, FaceKind::tri6, FaceKind::quad8}) {
+  for (const FaceKind kind : {FaceKind::tri3, FaceKind::quad4, FaceKind::tri6, FaceKind::quad8, FaceKind::quad9}) {
     if (text == name(kind)) return kind;
   }
-  fail(file, dataset + ": attribute 'kind' is '" + text + "', allowed: tri3, quad4, tri6, quad8");
+  fail(file, dataset + ": attribute 'kind' is '" + text + "', allowed: tri3, quad4, tri6, quad8, quad9");
 }
 
 Surface read_surface(const Hdf5Reader& file, const std::string& prefix, const std::string& surface_name) {

@@ -10,7 +10,7 @@ namespace cbr {
 enum class ElementType { tri3, tri6, quad4, quad8, quad9, tet4, tet10, pyramid5, wedge6, hex8, hex20, hex27 };
 
 // The faces that contact and superelement files know; the value is the number of nodes.
-enum class FaceKind { tri3 = 3, quad4 = 4, tri6 = 6, quad8 = 8 };
+enum class FaceKind { tri3 = 3, quad4 = 4, tri6 = 6, quad8 = 8, quad9 = 9 };
 
 std::string_view name(ElementType type);  // "hex8"
 std::string_view name(FaceKind kind);     // "quad4"
@@ -20,7 +20,7 @@ int dimension(ElementType type);  // 2 or 3
 int n_sides(ElementType type);    // faces of a volume element; 0 for shells
 
 // Local node numbers (from 0) of a side (from 1), outward by the right-hand rule, corners first, then mid-side nodes.
-// The centre node of a hex27's faces is left out: a face is at most a quad8.
+// A side of a hex27 is a quad9: its centre node comes last.
 const std::vector<int>& side_nodes(ElementType type, int side);
 FaceKind side_kind(ElementType type, int side);
 

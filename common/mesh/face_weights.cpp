@@ -11,7 +11,7 @@ namespace {
 
 // Shape functions of a face at a point and their two derivatives; n entries each.
 struct Shape {
-  std::array<double, 8> N{}, d1{}, d2{};
+  std::array<double, 9> N{}, d1{}, d2{};
 };
 
 Shape triangle_shape(int n, double r, double s) {
@@ -55,6 +55,21 @@ Shape quad_shape(int n, double r, double s) {
   return f;
 }
 
+// Nine nodes, biquadratic: corners, mid-sides, centre.
+Shape biquadratic_shape(double r, double s) {
+  constexpr std::array<int, 9> column{0, 2, 2, 0, 1, 2, 1, 0, 1}, row{0, 0, 2, 2, 0, 1, 2, 1, 1};
+  const auto along = [](double t) { return std::array<double, 3>{0.5 * t * (t - 1), 1 - t * t, 0.5 * t * (t + 1)}; };
+  const auto slope = [](double t) { return std::array<double, 3>{t - 0.5, -2 * t, t + 0.5}; };
+  const auto a = along(r), b = along(s), da = slope(r), db = slope(s);
+  Shape f;
+  for (int i = 0; i < 9; ++i) {
+    f.N[i] = a[column[i]] * b[row[i]];
+    f.d1[i] = da[column[i]] * b[row[i]];
+    f.d2[i] = a[column[i]] * db[row[i]];
+  }
+  return f;
+}
+
 // visit(shape, n, nodes of the face, n dA): quadrature points, the area vector of each outward.
 template <typename Visit>
 void for_each_point(const Surface& surface, const Points& x, const Visit& visit) {
@@ -82,7 +97,10 @@ void for_each_point(const Surface& surface, const Points& x, const Visit& visit)
       continue;
     }
     for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j) point(quad_shape(n, at[i], at[j]), n, weight[i] * weight[j]);
+      for (int j = 0; j < 3; ++j) {
+        const Shape shape = n == 9 ? biquadratic_shape(at[i], at[j]) : quad_shape(n, at[i], at[j]);
+        point(shape, n, weight[i] * weight[j]);
+      }
   }
 }
 

@@ -71,14 +71,6 @@ Index add_physical(Model& model, int dimension, Index wanted, const std::string&
   return model.physical.back().tag;
 }
 
-// Nodes of the face of a hex27 by side: eight from side_nodes and the centre.
-std::vector<int> face_nodes(ElementType type, int side) {
-  static const int centers[] = {25, 24, 26, 23, 21, 22};
-  auto nodes = side_nodes(type, side);
-  if (type == ElementType::hex27) nodes.push_back(centers[side - 1]);
-  return nodes;
-}
-
 int face_type(std::size_t n_nodes) {
   switch (n_nodes) {
     case 3:
@@ -149,7 +141,7 @@ class Builder {
       const auto& [b, e, s] = key;
       const Block& block = mesh_.blocks[static_cast<std::size_t>(b)];
       Row row{next_element_++, {}};
-      for (const int local : face_nodes(block.type, s)) row.nodes.push_back(node_id(block.connectivity(e, local)));
+      for (const int local : side_nodes(block.type, s)) row.nodes.push_back(node_id(block.connectivity(e, local)));
       const int type = face_type(row.nodes.size());
       entities[{tags, type}].elements.push_back(std::move(row));
     }

@@ -92,7 +92,7 @@ std::string set_names(const Mesh& mesh) {
   std::vector<std::string> parts;
   if (!mesh.sidesets.empty()) parts.push_back(join(names_of(mesh.sidesets)) + " (sidesets)");
   if (!mesh.nodesets.empty()) parts.push_back(join(names_of(mesh.nodesets)) + " (nodesets)");
-  return parts.empty() ? "none" : join(parts, "; ");
+  return parts.empty() ? "none; in gmsh a face gets its name by Physical Surface(\"NAME\") = {TAG}" : join(parts, "; ");
 }
 
 std::vector<Index> nodes_of_side(const Mesh& mesh, const Side& side) {
@@ -103,10 +103,10 @@ std::vector<Index> nodes_of_side(const Mesh& mesh, const Side& side) {
   if (dimension(block.type) == 3) {
     for (const int local : side_nodes(block.type, side.side)) add(local);
   } else if (side.side == 1) {
-    for (int i = 0; i < std::min(n_nodes(block.type), 2 * n_corners(block.type)); ++i) add(i);
+    for (int i = 0; i < n_nodes(block.type); ++i) add(i);
   } else if (side.side == 2) {
     const auto& order = mirrored_order(block.type);
-    for (int i = 0; i < std::min(n_nodes(block.type), 2 * n_corners(block.type)); ++i) add(order[static_cast<std::size_t>(i)]);
+    for (int i = 0; i < n_nodes(block.type); ++i) add(order[static_cast<std::size_t>(i)]);
   } else {
     const int corners = n_corners(block.type), edge = side.side - 3;
     add(edge);

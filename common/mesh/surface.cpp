@@ -9,7 +9,7 @@
 namespace cbr {
 namespace {
 
-bool is_quadratic(FaceKind kind) { return kind == FaceKind::tri6 || kind == FaceKind::quad8; }
+bool is_quadratic(FaceKind kind) { return n_nodes(kind) > n_corners(kind); }
 
 // The one kind that holds all faces of a set; a tri3 fits in a quad4.
 FaceKind common_kind(const Mesh& mesh, const Sideset& sideset) {
@@ -62,11 +62,13 @@ LinearFaces linear_faces(const Surface& surface) {
   // Local nodes of the pieces; all keep the face's sense of rotation.
   static const std::vector<std::array<int, 4>> tri3 = {{0, 1, 2, 2}}, quad4 = {{0, 1, 2, 3}},
                                                tri6 = {{0, 3, 5, 5}, {1, 4, 3, 3}, {2, 5, 4, 4}, {3, 4, 5, 5}},
-                                               quad8 = {{0, 4, 7, 7}, {1, 5, 4, 4}, {2, 6, 5, 5}, {3, 7, 6, 6}, {4, 5, 6, 7}};
+                                               quad8 = {{0, 4, 7, 7}, {1, 5, 4, 4}, {2, 6, 5, 5}, {3, 7, 6, 6}, {4, 5, 6, 7}},
+                                               quad9 = {{0, 4, 8, 7}, {4, 1, 5, 8}, {8, 5, 2, 6}, {7, 8, 6, 3}};
   const auto& pieces = surface.kind == FaceKind::tri3    ? tri3
                        : surface.kind == FaceKind::quad4 ? quad4
                        : surface.kind == FaceKind::tri6  ? tri6
-                                                         : quad8;
+                       : surface.kind == FaceKind::quad8 ? quad8
+                                                         : quad9;
   LinearFaces linear;
   linear.faces.resize(surface.n_faces() * static_cast<Index>(pieces.size()), 4);
   for (Index f = 0; f < surface.n_faces(); ++f)

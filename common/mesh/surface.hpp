@@ -21,13 +21,14 @@ struct Surface {
 };
 
 // Faces of a sideset, indices into mesh.coordinates, in the sideset's order.
-// InputError: mixed 6- and 8-node faces, or a side of an element that is not a volume.
+// InputError: mixed 6-, 8- and 9-node faces, or a side of an element that is not a volume.
 Surface extract_surface(const Mesh& mesh, const Sideset& sideset);
 
 // The surface's nodes, ascending and unique.
 std::vector<Index> surface_nodes(const Surface& surface);
 
-// Faces cut into linear ones (quad8 -> 4 corner tri3 + 1 quad4; tri6 -> 4 tri3): contact's view. `parent` is the face's row.
+// Faces cut into linear ones (quad8 -> 4 corner tri3 + 1 quad4; quad9 -> 4 quad4; tri6 -> 4 tri3): contact's view.
+// `parent` is the face's row.
 struct LinearFaces {
   IndexTable faces;           // f' x 4; a triangle repeats its last node
   std::vector<Index> parent;  // f'

@@ -52,6 +52,8 @@ const char* topology_of(FaceKind kind) {
       return "Triangle_6";
     case FaceKind::quad8:
       return "Quadrilateral_8";
+    case FaceKind::quad9:
+      return "Quadrilateral_9";
     default:
       return "Quadrilateral";
   }
@@ -210,7 +212,7 @@ bool FieldWriter::wanted(const std::string& field) const {
 
 void FieldWriter::add_interface_grids(const FieldGrid& empty) {
   const auto& of = built_.instances[empty.instance];
-  for (const FaceKind kind : {FaceKind::tri3, FaceKind::quad4, FaceKind::tri6, FaceKind::quad8}) {
+  for (const FaceKind kind : {FaceKind::tri3, FaceKind::quad4, FaceKind::tri6, FaceKind::quad8, FaceKind::quad9}) {
     FieldGrid grid = empty;
     grid.cells = faces_of_kind(*of.geometry, kind, grid.element_ids);
     grid.name = of.name + ".interface";

@@ -25,8 +25,17 @@ Surface unseen(const Surface& surface, Seen& seen) {
   return fresh;
 }
 
+// 4 f x 8: mortar's shape functions know no centre node, so a nine-node face is four bilinear ones to it.
+IndexTable quarters(const Surface& surface) {
+  const IndexTable linear = linear_faces(surface).faces;
+  IndexTable faces = IndexTable::Constant(linear.rows(), 8, -1);
+  faces.leftCols(4) = linear;
+  return faces;
+}
+
 // f x 8, see whole_faces.
 IndexTable whole(const Surface& surface) {
+  if (surface.kind == FaceKind::quad9) return quarters(surface);
   IndexTable faces = IndexTable::Constant(surface.n_faces(), 8, -1);
   const bool triangle = surface.kind == FaceKind::tri3 || surface.kind == FaceKind::tri6;
   const int n = triangle ? 3 : 4;

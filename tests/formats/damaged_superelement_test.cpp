@@ -202,7 +202,8 @@ TEST_F(DamagedSuperelement, attributesThatBreakARule) {
     raw.attributes[{object, name}] = value;
     return raw;
   };
-  expect_refused(with("/interface/contact/faces", "kind", "quad5"), "'kind' is 'quad5', allowed: tri3, quad4, tri6, quad8", "");
+  expect_refused(with("/interface/contact/faces", "kind", "quad5"), "'kind' is 'quad5', allowed: tri3, quad4, tri6, quad8, quad9",
+                 "");
   expect_refused(with("/interface/contact/faces", "kind", "tri3"), "/interface/contact/faces: wrong shape (1, 4), expected (1, 3)",
                  "");
   expect_refused(with("/recovery/blocks/000000", "type", "hex9"), "'type' is 'hex9'", "");

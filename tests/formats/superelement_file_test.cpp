@@ -29,6 +29,18 @@ TEST(SuperelementFile, readsBackWhatWasWritten) {
   }
 }
 
+TEST(SuperelementFile, facesOfNineNodesAreKept) {
+  Superelement s = sample_superelement();
+  Surface& surface = s.surfaces[0];
+  surface.kind = FaceKind::quad9;
+  surface.faces.resize(1, 9);
+  surface.faces << 0, 1, 2, 3, 0, 1, 2, 3, 2;
+  const TemporaryFolder folder;
+  write_superelement(s, folder / "nine.cbr.h5");
+  const Superelement read = read_superelement(folder / "nine.cbr.h5");
+  EXPECT_TRUE(test::identical(read, s));
+}
+
 TEST(SuperelementFile, partsThatAreNotAskedForAreNotRead) {
   const TemporaryFolder folder;
   const Superelement written = sample_superelement();

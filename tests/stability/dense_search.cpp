@@ -24,6 +24,7 @@ std::vector<std::array<int, 4>> pieces(Index n) {
   if (n == 4) return {{0, 1, 2, 3}};
   if (n == 6) return {{0, 3, 5, 5}, {3, 1, 4, 4}, {5, 4, 2, 2}, {3, 4, 5, 5}};
   if (n == 8) return {{0, 4, 7, 7}, {4, 1, 5, 5}, {5, 2, 6, 6}, {6, 3, 7, 7}, {4, 5, 6, 7}};
+  if (n == 9) return {{0, 4, 8, 7}, {4, 1, 5, 8}, {8, 5, 2, 6}, {7, 8, 6, 3}};
   throw std::runtime_error("the oracle knows no such face");
 }
 

@@ -161,7 +161,7 @@ std::vector<int> cycle(ElementType type, int side, const Permutation& p) {
   for (std::size_t i = 0; i < n; ++i) corners.push_back(p[local[i]]);
   const auto first = static_cast<std::size_t>(std::min_element(corners.begin(), corners.end()) - corners.begin());
   for (std::size_t i = 0; i < n; ++i) all.push_back(corners[(first + i) % n]);
-  for (std::size_t i = 0; local.size() > n && i < n; ++i) all.push_back(p[local[n + (first + i) % n]]);
+  for (std::size_t i = 0; local.size() >= 2 * n && i < n; ++i) all.push_back(p[local[n + (first + i) % n]]);
   return all;
 }
 

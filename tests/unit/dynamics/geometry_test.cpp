@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "common/error.hpp"
+#include "dynamics/setup/contact_faces.hpp"
 #include "tests/unit/dynamics/bricks.hpp"
 
 namespace cbr {
@@ -17,7 +18,9 @@ Surface face(FaceKind kind, Points& x) {
   x.resize(n, 3);
   const Points square = (Points(4, 3) << 0, 0, 0, 2, 0, 1, 2, 3, 1, 0, 3, 0).finished();
   x.topRows(corners) = square.topRows(corners);
-  for (int i = corners; i < n; ++i) x.row(i) = 0.5 * (x.row(i - corners) + x.row((i - corners + 1) % corners));
+  for (int i = corners; i < std::min(n, 2 * corners); ++i)
+    x.row(i) = 0.5 * (x.row(i - corners) + x.row((i - corners + 1) % corners));
+  if (n == 9) x.row(8) = square.colwise().mean();
   s.faces.resize(1, n);
   for (int i = 0; i < n; ++i) s.faces(0, i) = i;
   return s;
@@ -25,7 +28,7 @@ Surface face(FaceKind kind, Points& x) {
 
 TEST(FaceWeights, SumToTheAreaAndKeepTheMoment) {
   const double square = 3 * std::sqrt(5.0);
-  for (const FaceKind kind : {FaceKind::tri3, FaceKind::quad4, FaceKind::tri6, FaceKind::quad8}) {
+  for (const FaceKind kind : {FaceKind::tri3, FaceKind::quad4, FaceKind::tri6, FaceKind::quad8, FaceKind::quad9}) {
     Points x;
     const Surface s = face(kind, x);
     const Vector w = face_weights(s, x);
@@ -52,6 +55,23 @@ TEST(FaceWeights, QuadraticTriangleHasNoForceOnItsCorners) {
   const Vector w = face_weights(face(FaceKind::tri6, x), x);
   EXPECT_LT(w.head(3).norm(), 1e-13 * w.sum());
   EXPECT_LT((w.tail(3).array() - w.sum() / 3).matrix().norm(), 1e-13 * w.sum());
+}
+
+TEST(FaceWeights, OfNineNodesAreSimpsons) {
+  Points x;
+  const Vector w = face_weights(face(FaceKind::quad9, x), x);
+  const Vector expected = (Vector(9) << 1, 1, 1, 1, 4, 4, 4, 4, 16).finished() / 36;
+  EXPECT_LT((w / w.sum() - expected).norm(), 1e-13);
+}
+
+TEST(ContactFaces, NineNodesAreFourFacesToEveryFormulation) {
+  Points x;
+  const Surface surface = face(FaceKind::quad9, x);
+  const IndexTable whole = whole_faces(surface), linear = contact_faces(surface);
+  ASSERT_EQ(whole.rows(), 4);
+  EXPECT_EQ(whole.leftCols(4), linear);
+  EXPECT_EQ(nodes_of(linear).size(), 9u);
+  EXPECT_EQ(whole.rightCols(4), IndexTable::Constant(4, 4, -1));
 }
 
 TEST(GeometryNames, WhatIsNotThereIsNamedWithTheCure) {

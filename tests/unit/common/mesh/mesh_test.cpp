@@ -42,6 +42,7 @@ TEST(Mesh, sidesOfShellsAreFacesAndEdges) {
   EXPECT_EQ(nodes_of_side(zoo, {b, 0, 2}).size(), 8U);
   EXPECT_EQ(nodes_of_side(zoo, {b, 0, 6}), (std::vector<Index>{first + 3, first, first + 7}));
   EXPECT_THROW(nodes_of_side(zoo, {b, 0, 7}), InputError);
+  EXPECT_EQ(nodes_of_side(zoo, {find_block(zoo, "block of quad9"), 0, 1}).size(), 9U);
 }
 
 TEST(Mesh, checkNamesTheFault) {

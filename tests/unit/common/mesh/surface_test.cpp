@@ -4,11 +4,13 @@
 #include <gtest/gtest.h>
 #include <Eigen/Geometry>
 
+#include <algorithm>
 #include <map>
 #include <set>
 
 #include "common/error.hpp"
 #include "sample_meshes.hpp"
+#include "tests/unit/common/elements/box_mesh.hpp"
 
 namespace cbr {
 namespace {
@@ -95,6 +97,31 @@ TEST(Surface, linearFacesCoverTheFace) {
       EXPECT_LT((area[f] - vector_area(mesh.coordinates, corners, 0)).norm(), 1e-14);
     }
   }
+}
+
+// Interface, supports and contact ask for a face's nodes in these ways.
+TEST(Surface, faceOfHex27HasEveryNodeThatLiesOnIt) {
+  Mesh mesh = test::box_mesh(ElementType::hex27, {2, 4, 3}, Vector3(2, 1, 1));
+  std::vector<Index> on;
+  for (Index i = 0; i < mesh.coordinates.rows(); ++i)
+    if (mesh.coordinates(i, 0) > 2 - 1e-9) on.push_back(i);
+  Sideset face{"x_max", 1, {}};
+  const Sideset all = all_sides(mesh);
+  for (const Side& side : all.sides) {
+    const std::vector<Index> nodes = nodes_of_side(mesh, side);
+    if (std::all_of(nodes.begin(), nodes.end(), [&](Index i) { return mesh.coordinates(i, 0) > 2 - 1e-9; }))
+      face.sides.push_back(side);
+  }
+  mesh.sidesets = {face};
+  ASSERT_EQ(face.sides.size(), 12U);
+  ASSERT_EQ(on.size(), 9U * 7U);
+  const Surface surface = extract_surface(mesh, face);
+  EXPECT_EQ(name(surface.kind), "quad9");
+  EXPECT_EQ(set_nodes(mesh, "x_max"), on);
+  EXPECT_EQ(surface_nodes(surface), on);
+  Surface seen_by_contact;
+  seen_by_contact.faces = linear_faces(surface).faces;
+  EXPECT_EQ(surface_nodes(seen_by_contact), on);
 }
 
 TEST(Surface, refusesMixedQuadraticFacesAndShells) {
