@@ -9,6 +9,7 @@
 #include <functional>
 
 #include "common/error.hpp"
+#include "common/left_out_blocks.hpp"
 #include "common/number_text.hpp"
 #include "common/parallel.hpp"
 #include "common/program.hpp"
@@ -322,8 +323,7 @@ FiniteElementModel assemble(const Mesh& mesh, const std::vector<BlockProperties>
   check_repeated(mesh);
   FiniteElementModel model;
   number_nodes(mesh, model);
-  if (model.nodes.empty())
-    throw InputError("the mesh has no volume elements (hexes, tetrahedra, wedges, pyramids): there is nothing to compute");
+  if (model.nodes.empty()) throw InputError(no_volume_elements);
 
   const Neighbours neighbours = find_neighbours(mesh, model);
   set_pattern(neighbours, true, model.K);

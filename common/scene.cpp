@@ -6,6 +6,7 @@
 #include <set>
 
 #include "common/error.hpp"
+#include "common/left_out_blocks.hpp"
 
 namespace cbr {
 namespace {
@@ -100,6 +101,7 @@ InterfaceNeeds interface_needs(const Scene& scene, const Component& component) {
 }
 
 std::vector<BlockProperties> block_properties(const Scene& scene, const Component& component, const Mesh& mesh) {
+  refuse_left_out_blocks(component, mesh);
   std::vector<std::string> names;
   for (const auto& block : mesh.blocks) names.push_back(block.name);
   std::vector<const Component::BlockOptions*> options_of(mesh.blocks.size(), nullptr);

@@ -5,6 +5,7 @@
 #include <iostream>
 
 #include "common/error.hpp"
+#include "common/mesh/mesh_formats.hpp"
 #include "common/scene_parse.hpp"
 
 namespace cbr {
@@ -73,6 +74,7 @@ void parse_sections(const SceneMap& map, const fs::path& folder, Scene& scene) {
 Scene read_scene(const std::string& file_or_dash) {
   const bool is_stdin = file_or_dash == "-";
   const std::string name = is_stdin ? "<stdin>" : file_or_dash;
+  if (const std::string cure = foreign_mesh_cure(file_or_dash); !cure.empty()) throw InputError(name + ": " + cure);
   std::string text = read_text(file_or_dash);
   const YamlTree tree(text, name);
   std::string().swap(text);  // may be large

@@ -7,16 +7,20 @@
 #include <ostream>
 
 #include "common/error.hpp"
+#include "common/hdf5_file.hpp"
+#include "common/left_out_blocks.hpp"
 #include "common/number_text.hpp"
 #include "common/output_file.hpp"
 #include "common/program.hpp"
 #include "common/replaced_file.hpp"
 #include "common/scene_words.hpp"
+#include "common/staleness.hpp"
 #include "common/unchanged_files.hpp"
 #include "reducer/decomposition.hpp"
 #include "reducer/diagonal_form.hpp"
 #include "reducer/domains.hpp"
 #include "reducer/estimate.hpp"
+#include "reducer/geometry_body.hpp"
 #include "reducer/interior_loads.hpp"
 #include "reducer/kept_sets.hpp"
 #include "reducer/panel_memory.hpp"
@@ -111,7 +115,7 @@ bool has_loads(const Superelement& s, const std::vector<std::string>& sets) {
 // Unchanged inputs, and the diagonal form there or not as it would be now.
 bool is_up_to_date(const ReductionOptions& reduction, const std::string& hash, const std::vector<std::string>& loads,
                    Index diagonal_limit) {
-  if (read_content_hash(reduction.superelement) != hash) return false;
+  if (read_content_hash(reduction.superelement) != hash || lacks_face_centres(reduction.superelement)) return false;
   try {
     const bool group = is_superelement_group(reduction.superelement);
     const SuperelementParts light = {false, true, false};
@@ -123,23 +127,11 @@ bool is_up_to_date(const ReductionOptions& reduction, const std::string& hash, c
   }
 }
 
-void add_provenance(const CharacteristicOptions& options, std::map<std::string, std::string>& p) {
-  p["characteristic.modes"] = std::to_string(options.modes);
-  if (!options.keep.empty()) p["characteristic.keep"] = join(options.keep);
-  if (!options.pressure.empty()) p["characteristic.pressure"] = join(options.pressure);
-  if (!options.statics.empty()) p["characteristic.statics"] = join(options.statics);
-  if (options.no_statics) p["characteristic.statics"] = "none";
-  p["characteristic.patterns"] = std::to_string(options.patterns);
-  p["characteristic.shear"] = options.shear ? "true" : "false";
-}
-
 std::map<std::string, std::string> provenance(const Component& component, const std::vector<BlockProperties>& properties,
                                               const Mesh& mesh) {
-  const ReductionOptions& reduction = *component.reduction;
-  std::map<std::string, std::string> p;
+  std::map<std::string, std::string> p = option_provenance(component);
   p["mesh"] = component.mesh.filename().string();
   p["mesh_hash"] = file_hash(component.mesh);
-  p["mass"] = word_of(mass_words, component.mass);
   for (std::size_t b = 0; b < mesh.blocks.size(); ++b) {
     if (dimension(mesh.blocks[b].type) != 3) continue;
     const Material& m = properties[b].material;
@@ -150,18 +142,15 @@ std::map<std::string, std::string> provenance(const Component& component, const 
     const ElementType type = mesh.blocks[b].type;
     p[key + "element"] = type == ElementType::hex8 ? word_of(hex8_words, properties[b].hex8) : std::string(name(type));
   }
-  if (reduction.is_massless()) p["massless_modes"] = reduction.massless_modes;
-  if (reduction.is_characteristic()) add_provenance(reduction.characteristic, p);
-  p["interface"] = join(reduction.interface_sets);
-  if (reduction.modes) p["modes"] = std::to_string(*reduction.modes);
-  if (reduction.cutoff_hz) p["cutoff_hz"] = number_text(*reduction.cutoff_hz);
-  if (reduction.tolerance) p["tolerance"] = number_text(*reduction.tolerance);
-  p["pick"] = reduction.tolerance ? "tolerance" : reduction.pick;
-  p["domains"] = std::to_string(reduction.domains);
-  if (reduction.second_modes) p["second_modes"] = std::to_string(*reduction.second_modes);
-  if (reduction.second_cutoff_hz) p["second_cutoff_hz"] = number_text(*reduction.second_cutoff_hz);
-  p["recovery"] = reduction.recovery ? "true" : "false";
+  if (const std::string blocks = left_out_blocks(mesh); !blocks.empty()) p["left_out"] = blocks;
   return p;
+}
+
+// What was noted of blocks that were not computed with when the file was made.
+std::string left_out_in(const std::filesystem::path& superelement) {
+  const Hdf5Reader file(superelement);
+  const bool any = file.has("/provenance") && file.has_attribute("/provenance", "left_out");
+  return any ? file.read_string("/provenance", "left_out") : "";
 }
 
 class Reducer {
@@ -179,6 +168,7 @@ class Reducer {
     loads_ = load_sets(scene, component);
     needs_ = interface_needs(scene, component);
     if (!command_.force && is_up_to_date(reduction, hash, loads_, settings_.diagonal_limit)) {
+      warn_of_left_out_blocks(component, left_out_in(reduction.superelement), report_);
       report_.line(component.name + ": " + reduction.superelement.string() + " is up to date: nothing to do");
       return;
     }
@@ -201,6 +191,8 @@ class Reducer {
       mesh = read_mesh(component.mesh);
     }
     const std::vector<BlockProperties> properties = block_properties(scene, component, mesh);
+    warn_of_left_out_blocks(component, left_out_blocks(mesh), report_);
+    mass_ = {component.mass, rigid_body_of_geometry(mesh, properties)};
     const auto p = provenance(component, properties, mesh);
     inputs.check();
     refuse_loads_inside(mesh, *component.reduction, loads_, takes_loads_in(*component.reduction));
@@ -242,7 +234,7 @@ class Reducer {
       write_after_the_work(component.reduction->superelement,
                            [&] { write_superelement_group(group, component.reduction->superelement); });
     }
-    summarise_group(group, component.reduction->superelement, report_);
+    summarise_group(group, mass_, component.reduction->superelement, report_);
   }
 
   void make_second(const Mesh& mesh, const SuperelementGroup& group, Index n_dofs, const Component& component,
@@ -277,12 +269,13 @@ class Reducer {
       const auto phase = report_.phase("writing the superelement");
       write_after_the_work(component.reduction->superelement, [&] { write_superelement(s, component.reduction->superelement); });
     }
-    summarise(s, figures, component.reduction->superelement, report_);
+    summarise(s, figures, mass_, component.reduction->superelement, report_);
   }
 
   Report& report_;
   const ReduceCommand& command_;
   ReduceSettings settings_;
+  ComponentMass mass_;                                 // of the component at hand
   std::vector<std::string> loads_;                     // sets of the component at hand that loads act on
   InterfaceNeeds needs_;                               // of the same
   std::map<std::string, std::filesystem::path> done_;  // content hash and loads -> file made in this run
@@ -311,10 +304,12 @@ bool for_each_component(const Scene& scene, const std::string& mesh_input, const
   return !seen.empty();
 }
 
-void estimate_component(const ReduceCommand& command, const Scene& scene, const Component& component, std::ostream& out) {
+void estimate_component(const ReduceCommand& command, const Scene& scene, const Component& component, std::ostream& out,
+                        Report& report) {
   const ReductionOptions& reduction = *component.reduction;
   if (reduction.basis != "craig-bampton") throw InputError("--estimate knows basis craig-bampton only");
   const Mesh mesh = read_mesh(component.mesh);
+  warn_of_left_out_blocks(component, left_out_blocks(mesh), report);
   const std::vector<Index> domain = decompose(mesh, reduction.domains).domain;
   const Estimate e =
       estimate(mesh, block_properties(scene, component, mesh), reduction, domain, diagonal_limit(command, reduction));
@@ -329,8 +324,9 @@ void run_estimate(const ReduceCommand& command, std::ostream& out, Report& repor
   const bool is_mesh = is_mesh_name(command.input);
   if (!is_mesh) refuse_mesh_options(command);
   const Scene scene = is_mesh ? scene_of_mesh(command) : read_scene(command.input);
-  const bool any = for_each_component(scene, is_mesh ? command.input : "",
-                                      [&](const Component& component) { estimate_component(command, scene, component, out); });
+  const bool any = for_each_component(scene, is_mesh ? command.input : "", [&](const Component& component) {
+    estimate_component(command, scene, component, out, report);
+  });
   if (!any) report.line("no instance stands as a superelement: nothing to estimate");
 }
 

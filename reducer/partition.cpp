@@ -7,6 +7,7 @@
 
 #include "common/connected_parts.hpp"
 #include "common/error.hpp"
+#include "common/left_out_blocks.hpp"
 #include "common/linalg/dense.hpp"
 
 namespace cbr {
@@ -107,8 +108,7 @@ FiniteElementModel number_nodes(const Mesh& mesh) {
     model.row[i] = static_cast<Index>(model.nodes.size());
     model.nodes.push_back(static_cast<Index>(i));
   }
-  if (model.nodes.empty())
-    throw InputError("the mesh has no volume elements (hexes, tets, wedges, pyramids): there is nothing to reduce");
+  if (model.nodes.empty()) throw InputError(no_volume_elements);
   return model;
 }
 

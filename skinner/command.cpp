@@ -4,8 +4,10 @@
 #include <algorithm>
 
 #include "common/error.hpp"
+#include "common/left_out_blocks.hpp"
 #include "common/output_file.hpp"
 #include "common/scene.hpp"
+#include "common/staleness.hpp"
 #include "common/superelement.hpp"
 #include "common/unchanged_files.hpp"
 #include "skinner/skin.hpp"
@@ -37,8 +39,8 @@ void warn_of_stale_superelements(const Scene& scene, Report& report) {
     if (read_content_hash(component.reduction->superelement) == content_hash(scene, component)) continue;
     report.warning(component.source.text() + ": component '" + name + "': the superelement " +
                    component.reduction->superelement.string() +
-                   " was not made from the present mesh, materials and reduction options, the skinned mesh is: run cbr-reduce " +
-                   (scene.file == "-" ? "SCENE" : scene.file.string()));
+                   " was not made from the present mesh, materials and reduction options (" + stale_text(scene, component) +
+                   "), the skinned mesh is: run cbr-reduce " + (scene.file == "-" ? "SCENE" : scene.file.string()));
   }
 }
 
@@ -57,7 +59,10 @@ void skin_a_mesh(const SkinCommand& command, Report& report) {
   }
   try {
     const auto phase = report.phase("skinning");
+    const std::string left_out = left_out_blocks(skinned.mesh);
     skinned = skin_mesh(std::move(skinned.mesh), command.sidesets);
+    if (!left_out.empty())
+      report.warning(command.input + ": " + left_out + ": shells are not computed with by cbr-reduce and cbr-dyn");
   } catch (const InputError& error) {
     throw InputError(command.input + ": " + error.what());
   }
@@ -86,6 +91,8 @@ void skin_a_scene(const SkinCommand& command, std::ostream* scene_out, Report& r
     {
       const auto phase = report.phase("reading and skinning");
       skinned = skin_scene(scene);
+      for (const auto& [component, blocks] : skinned.left_out)
+        warn_of_left_out_blocks(scene.components.at(component), blocks, report);
       warn_of_stale_superelements(scene, report);
     }
     inputs.check();

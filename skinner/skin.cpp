@@ -6,6 +6,7 @@
 #include <set>
 
 #include "common/error.hpp"
+#include "common/left_out_blocks.hpp"
 #include "skinner/placed_mesh.hpp"
 
 namespace cbr {
@@ -21,6 +22,8 @@ ElementType shell_type(FaceKind kind) {
       return ElementType::tri6;
     case FaceKind::quad8:
       return ElementType::quad8;
+    case FaceKind::quad9:
+      return ElementType::quad9;
   }
   return ElementType::quad4;
 }
@@ -84,6 +87,7 @@ class SceneSkinner {
     for (const auto& [name, surface] : surfaces_)
       for (auto& block : add_skin(result.mesh, surface, name)) result.blocks.push_back(std::move(block));
     result.notes = std::move(notes_);
+    result.left_out = std::move(left_out_);
     return result;
   }
 
@@ -92,6 +96,10 @@ class SceneSkinner {
     const Component& component = component_of(scene_, instance);
     auto& original = meshes_[component.mesh];
     if (original.coordinates.rows() == 0) original = read_mesh(component.mesh);
+    if (const std::string blocks = left_out_blocks(original); !blocks.empty()) {
+      refuse_left_out_blocks(component, original);
+      left_out_[component.name] = blocks;
+    }
     const Mesh placed = place(original, instance);
     std::vector<Index> row;  // of each node of `placed` in the part, or -1
     SystemMesh::Offsets offsets;
@@ -151,6 +159,7 @@ class SceneSkinner {
   std::set<std::string> there_are_, found_;
   std::vector<std::pair<std::string, Surface>> surfaces_;  // block name, faces in the system mesh
   std::vector<std::string> notes_;
+  std::map<std::string, std::string> left_out_;
 };
 
 }  // namespace

@@ -2,6 +2,7 @@
 // Fictitious shells on sidesets, by which an explicit code sees the contact surface of a superelement.
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -19,14 +20,14 @@ struct SkinBlock {
 
 struct SkinnedMesh {
   Mesh mesh;
-  std::vector<SkinBlock> blocks;   // the shell blocks that were added
-  std::vector<std::string> notes;  // what the user should know: ids that moved, surfaces left out
+  std::vector<SkinBlock> blocks;                     // the shell blocks that were added
+  std::vector<std::string> notes;                    // what the user should know: ids that moved, surfaces left out
+  std::map<std::string, std::string> left_out = {};  // component -> left_out_blocks() of its mesh, when there are any
 };
 
-// Appends to `mesh` a block `block_name` of shells on the faces: tri3, quad4, tri6 or quad8 as the faces are, on the faces' own
-// nodes, normals outward. Triangles among quadrilaterals go to a block of their own; the two blocks are then called
-// NAME_quad4 and NAME_tri3. Ids of the shells follow on the highest element id.
-// InputError: a block of that name exists; extract_surface()'s.
+// Appends to `mesh` a block `block_name` of shells on the faces: tri3, quad4, tri6, quad8 or quad9 as the faces are, on the faces'
+// own nodes, normals outward. Triangles among quadrilaterals go to a block of their own; the two blocks are then called NAME_quad4
+// and NAME_tri3. Ids of the shells follow on the highest element id. InputError: a block of that name exists; extract_surface()'s.
 std::vector<SkinBlock> add_skin(Mesh& mesh, const Surface& surface, const std::string& block_name);
 
 // The mesh with a block skin.SIDESET for each sideset named. InputError: no such sideset (lists them), an empty one, one named

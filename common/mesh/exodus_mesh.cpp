@@ -27,8 +27,10 @@ ElementType element_type(const NetcdfReader& file, const std::string& block, con
     if (upper.rfind(family.prefix, 0) == 0)
       for (const auto type : family.types)
         if (n_nodes(type) == n_nodes_found) return type;
-  throw InputError(file.where() + ": block '" + block + "': element type '" + text + "' with " + std::to_string(n_nodes_found) +
-                   " nodes is not supported: use HEX 8 20 27, TETRA 4 10, WEDGE 6, PYRAMID 5, SHELL or QUAD 4 8 9, TRI 3 6");
+  throw InputError(
+      file.where() + ": block '" + block + "': element type '" + text + "' with " + std::to_string(n_nodes_found) +
+      " nodes is not supported: use HEX 8 20 27, TETRA 4 10, WEDGE 6, PYRAMID 5, SHELL or QUAD 4 8 9, TRI 3 6, and take "
+      "beams, trusses and points out of the mesh");
 }
 
 struct SetHeader {

@@ -11,6 +11,9 @@
 
 namespace cbr {
 
+// What to do with a file that looks like a mesh or a geometry of another program by its suffix; empty when it does not.
+std::string foreign_mesh_cure(const std::filesystem::path& file);
+
 Mesh read_gmsh(const std::filesystem::path& file);
 // The writers write to `file` as it is and call it `where` in messages.
 void write_gmsh(const Mesh& mesh, const std::filesystem::path& file, const std::string& where);

@@ -14,17 +14,27 @@ namespace {
 
 enum class Format { none, gmsh, exodus };
 
-Format format_of(const std::filesystem::path& file) {
+std::string suffix_of(const std::filesystem::path& file) {
   std::string suffix = file.extension().string();
   std::transform(suffix.begin(), suffix.end(), suffix.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return suffix;
+}
+
+Format format_of(const std::filesystem::path& file) {
+  const std::string suffix = suffix_of(file);
   if (suffix == ".msh") return Format::gmsh;
   for (const char* known : {".exo", ".e", ".g", ".ncf", ".nc4", ".nc", ".exoii", ".ex2"})
     if (suffix == known) return Format::exodus;
   return Format::none;
 }
 
+bool is_among(const std::string& suffix, const std::vector<std::string>& list) {
+  return std::find(list.begin(), list.end(), suffix) != list.end();
+}
+
 Format known_format(const std::filesystem::path& file) {
   const Format format = format_of(file);
+  if (const std::string cure = foreign_mesh_cure(file); !cure.empty()) throw InputError(file.string() + ": " + cure);
   if (format == Format::none)
     throw InputError(file.string() + ": a mesh's name ends in .msh (gmsh) or .exo .e .g .ncf .nc4 (Exodus II), not in '" +
                      file.extension().string() + "'");
@@ -52,6 +62,21 @@ std::vector<Index> corners_of(const Mesh& mesh, const Side& side) {
 }
 
 }  // namespace
+
+std::string foreign_mesh_cure(const std::filesystem::path& file) {
+  static const std::vector<std::string> meshes = {".inp", ".unv", ".vtk", ".vtu",  ".bdf",  ".nas",
+                                                  ".cdb", ".med", ".fem", ".xdmf", ".mesh", ".dat"},
+                                        geometries = {".geo", ".step", ".stp", ".iges", ".igs", ".brep", ".stl"};
+  const std::string suffix = suffix_of(file), name = file.stem().string();
+  if (is_among(suffix, meshes))
+    return "is not of a format that is read: convert it to gmsh's .msh or to Exodus II with names for the faces; meshio knows most "
+           "formats (meshio convert " +
+           file.filename().string() + " " + name + ".exo)";
+  if (is_among(suffix, geometries))
+    return "is a geometry and no mesh: mesh it first (gmsh -3 " + file.filename().string() + " -o " + name +
+           ".msh), with a Physical Volume for the part and a Physical Surface for each face";
+  return "";
+}
 
 bool is_mesh_name(const std::filesystem::path& file) { return format_of(file) != Format::none; }
 

@@ -6,6 +6,8 @@
 #include "common/connected_parts.hpp"
 #include "common/error.hpp"
 #include "common/format_text.hpp"
+#include "common/left_out_blocks.hpp"
+#include "common/staleness.hpp"
 #include "common/superelement_check.hpp"
 #include "dynamics/bodies/characteristic_form.hpp"
 #include "dynamics/setup/half_modes.hpp"
@@ -27,7 +29,10 @@ void require_current(const Scene& scene, const Component& component, const Reduc
   const std::string hash = read_content_hash(reduction.superelement);
   if (hash.empty()) read_superelement(reduction.superelement);  // says what is wrong with a damaged or foreign file
   if (hash != content_hash(scene, component))
-    throw InputError(where + " was not made from the present mesh, materials and reduction options" + cure);
+    throw InputError(where + " was not made from the present mesh, materials and reduction options (" +
+                     stale_text(scene, component) + ")" + cure);
+  if (lacks_face_centres(reduction.superelement))
+    throw InputError(where + " is of hex27 and lacks the centre nodes of its faces, which versions before 0.2 lost" + cure);
 }
 
 // What is wrong with a mesh or a superelement is found where nobody knows who names it: the scene's line and the component come
@@ -114,6 +119,12 @@ HalfBy half_by(const ReductionOptions& reduction) {
   return by_frequency ? HalfBy::frequency : HalfBy::participation;
 }
 
+// What cbr-reduce noted of blocks that it did not compute with.
+std::string left_out_in(const std::map<std::string, std::string>& provenance) {
+  const auto found = provenance.find("left_out");
+  return found == provenance.end() ? "" : found->second;
+}
+
 ReducedComponent of_one(const SceneIndex& index, const Component& component, const BuildOptions& options) {
   const std::filesystem::path& file = component.reduction->superelement;
   auto superelement = std::make_shared<Superelement>(read_superelement(file, light));
@@ -121,6 +132,7 @@ ReducedComponent of_one(const SceneIndex& index, const Component& component, con
   reduced.options = options;
   reduced.geometry = std::make_shared<Geometry>(geometry_of(*superelement));
   reduced.rigid_body = superelement->rigid_body;
+  reduced.left_out = left_out_in(superelement->provenance);
   std::vector<Index> node;
   for (Index i = 0; i < superelement->coordinates.rows(); ++i) node.push_back(i);
   add_part(superelement, std::move(node), reduced);
@@ -147,6 +159,7 @@ ReducedComponent of_group(const SceneIndex& index, const Component& component, c
   reduced.geometry = std::make_shared<Geometry>(geometry_of(nodes));
   reduced.rigid_body = group.rigid_body;
   reduced.conditioning = group.conditioning;
+  reduced.left_out = left_out_in(group.provenance);
   for (const Superelement& domain : group.domains) reduced.n_modal += domain.k();
   reduced.n_dofs = reduced.n_modal + 3 * nodes.coordinates.rows();
   const Needs needs = needs_of(index, component, reduced, !options.half_modes && stores_diagonal_form(file));
@@ -273,7 +286,10 @@ ReducedComponent read_reduced(const SceneIndex& index, const Component& componen
     reduced = is_superelement_group(component.reduction->superelement) ? of_group(index, component, options)
                                                                        : of_one(index, component, options);
   }
-  if (!options.half_modes) tell_conditioning(component, reduced, report);
+  if (!options.half_modes) {
+    warn_of_left_out_blocks(component, reduced.left_out, report);
+    tell_conditioning(component, reduced, report);
+  }
   const std::string file = component.reduction->superelement.string();
   if (reduced.superelement && is_held_inside(*reduced.superelement))
     report.warning("component '" + component.name + "': the stiffness in " + file +
@@ -305,6 +321,7 @@ MeshedComponent read_meshed(const Scene& scene, const Component& component, Repo
   }
   const auto phase = report.phase("setup");
   meshed.properties = block_properties(scene, component, *meshed.mesh);
+  warn_of_left_out_blocks(component, left_out_blocks(*meshed.mesh), report);
   const auto fe = std::make_shared<FiniteElementModel>(
       naming(component.mesh, [&] { return assemble(*meshed.mesh, meshed.properties, component.mass); }));
   meshed.fe = fe;

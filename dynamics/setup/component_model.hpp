@@ -44,6 +44,7 @@ struct ReducedComponent {
   // Of the free superelement, of basis massless or characteristic with statics; then there is no `form`.
   std::shared_ptr<const StaticsForm> statics;
   RigidBody rigid_body;
+  std::string left_out;                      // blocks of the mesh that cbr-reduce did not compute with
   std::optional<Conditioning> conditioning;  // of the domains together; that of a superelement, or a domain, is in `parts`
   Index n_modal = 0, n_dofs = 0;
   BuildOptions options;

@@ -77,7 +77,7 @@ TEST(Skin, shellsShareTheNodesOfTheSidesAndLookOutwards) {
       {ElementType::tet10, {ElementType::tri6}},
       {ElementType::hex8, {ElementType::quad4}},
       {ElementType::hex20, {ElementType::quad8}},
-      {ElementType::hex27, {ElementType::quad8}},
+      {ElementType::hex27, {ElementType::quad9}},
       {ElementType::wedge6, {ElementType::quad4, ElementType::tri3}},
       {ElementType::pyramid5, {ElementType::quad4, ElementType::tri3}}};
   for (const auto& [type, shells] : expected) {
