@@ -294,6 +294,7 @@ Estimate estimate(const Mesh& mesh, const std::vector<BlockProperties>& properti
   }
   result.modes_are_of_tolerance = options.tolerance.has_value();
   result.modes_are_estimated = !options.modes || options.second_cutoff_hz;
+  result.has_recovery = options.recovery;
   result.has_diagonal_form = result.n_final() <= static_cast<double>(diagonal_limit);
   return result;
 }

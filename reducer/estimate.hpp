@@ -60,6 +60,7 @@ struct Estimate {
   // Of a Cholesky factor of the domains' interface dofs put together, which a step of central differences or Newmark solves with.
   double joined_factor_nonzeros = 0, joined_factor_flops = 0;
   bool has_diagonal_form = false;
+  bool has_recovery = false;
   bool modes_are_estimated = false;     // by Weyl's law, from a cutoff; or
   bool modes_are_of_tolerance = false;  // as blocks have needed for it
 
@@ -71,8 +72,16 @@ struct Estimate {
   double n_joined() const { return total(&DomainEstimate::k) + 3 * static_cast<double>(n_joined_nodes); }  // coordinates
   double n_final() const { return second ? second->k() + second->c() : n_joined(); }                       // of what the file holds
   double diagonal_nonzeros() const { return has_diagonal_form ? n_final() * (n_final() + 1) : 0; }         // omega and V
+  // Psi and Phi: the displacements of the interior from the coordinates.
+  double recovery_nonzeros() const {
+    if (!has_recovery) return 0;
+    if (second) return 3 * static_cast<double>(n_nodes - n_interface_nodes) * n_final();
+    double sum = 0;
+    for (const auto& d : domains) sum += d.n_interior() * (d.c() + d.k());
+    return sum;
+  }
   double file_nonzeros() const {
-    return (second ? second->block_nonzeros() : total(&DomainEstimate::block_nonzeros)) + diagonal_nonzeros();
+    return recovery_nonzeros() + (second ? second->block_nonzeros() : total(&DomainEstimate::block_nonzeros)) + diagonal_nonzeros();
   }
 };
 

@@ -118,6 +118,7 @@ std::vector<Row> sizes(const Estimate& e, double memory) {
       all("non-zeros of the factor of K_II", L, total_L),
       all("flops of that factorisation", flops, total_flops),
       {"non-zeros of the factor that a step solves with", "", number(e.joined_factor_nonzeros)},
+      {"non-zeros of the recovery", "", e.has_recovery ? number(e.recovery_nonzeros()) : "not stored"},
       {"superelement file", "", human_bytes(8 * e.file_nonzeros())},
       {"memory to reduce, about", "", human_bytes(reduction_memory(e, memory))},
   };
@@ -144,11 +145,29 @@ std::vector<Row> times(const Estimate& e, const PredictedTimes& t) {
   return rows;
 }
 
+// What a user asks first; the tables follow.
+void print_first_lines(const Estimate& e, const PredictedTimes& t, double memory, std::ostream& out) {
+  const double full = 3 * static_cast<double>(e.n_nodes), reduced = e.n_final();
+  const double modes = e.second ? e.second->k() : e.total(&DomainEstimate::k);
+  out << "- dofs: " << number(reduced) << " (" << number(reduced - modes) << " of nodes, " << number(modes) << " modes) for "
+      << number(full) << " of the mesh\n"
+      << "- file: " << human_bytes(8 * e.file_nonzeros());
+  if (e.has_recovery) out << ", of which recovery " << human_bytes(8 * e.recovery_nonzeros());
+  out << "\n- memory while reducing: about " << human_bytes(reduction_memory(e, memory)) << "\n- time to reduce: about "
+      << human_seconds(t.reduction()) << ", without assembly and files\n";
+  const PredictedTimes::Step& step = e.has_diagonal_form ? t.exact_in_contact : t.central_difference;
+  out << "- a step in contact: about " << measure(1e3 * step.seconds, "ms") << ", "
+      << measure(step.seconds / t.mesh.seconds, "times") << " one of the full mesh (" << measure(1e3 * t.mesh.seconds, "ms")
+      << "); steps may differ in length\n\n";
+}
+
 }  // namespace
 
 void print_estimate(const Estimate& e, const MachineRates& rates, double memory, const std::string& title, std::ostream& out) {
   const CubeFormulas cube = equivalent_cube(e.n_nodes, static_cast<Index>(e.domains.size()));
   out << title << "\n\n";
+  const PredictedTimes predicted = predicted_times(e, rates, memory);
+  print_first_lines(e, predicted, memory, out);
   out << "Eqs 5-17 of the paper. counted: this mesh, these domains, this interface. formula: a cube of N_EPL^3 hexes, its whole "
          "surface\n"
       << "the interface, cut N_cuts times in each direction; N_EPL = " << number(cube.n_elements_per_line)
@@ -158,7 +177,7 @@ void print_estimate(const Estimate& e, const MachineRates& rates, double memory,
       << '\n';
   print_rows(2, equations(e, cube), out);
   print_rows(1, sizes(e, memory), out);
-  print_rows(1, times(e, predicted_times(e, rates, memory)), out);
+  print_rows(1, times(e, predicted), out);
   out << "Rates measured now, with " << rates.threads << (rates.threads == 1 ? " thread" : " threads") << ": products "
       << measure(1e-9 * rates.flops, "GFlop/s") << ", reading " << measure(1e-9 * rates.bandwidth, "GB/s")
       << " (134 MB;\nwhat fits a cache is read faster). Other work on the machine counts against both. Domains share the "

@@ -12,6 +12,8 @@ namespace cbr {
 namespace {
 
 // Shares of dgemm's rate.
+// Ordering and symbolic analysis, seconds for each non-zero of K: most of the time of a small factorisation.
+constexpr double analysis_seconds = 1e-6;
 constexpr double factor_rate = 0.5, solve_rate = 0.5, product_rate = 0.8;
 // Solves of few columns at a time wait for the factor to come from memory; an inertia count.
 constexpr double narrow_solve_rate = 0.15, count_rate = 0.3;
@@ -62,7 +64,7 @@ PredictedTimes predicted_times(const Estimate& estimate, const MachineRates& rat
   PredictedTimes t;
   double blocks = 0;
   for (const auto& d : estimate.domains) {
-    t.factorisation += d.factor_flops / (factor_rate * rates.flops);
+    t.factorisation += d.factor_flops / (factor_rate * rates.flops) + analysis_seconds * d.mesh_nonzeros;
     t.modes += modes_seconds(d, rates.flops);
     t.condensation += condensation_seconds(d, memory, rates.flops);
     blocks += step_entries(d);
@@ -94,6 +96,7 @@ double reduction_memory(const Estimate& estimate, double memory) {
   }
   const double n = estimate.n_final();
   if (estimate.second) results += 8 * (2 * estimate.second->n_interior() * estimate.second->c() + estimate.second->factor_nonzeros);
+  results += 8 * estimate.recovery_nonzeros();
   return results + std::max(most, estimate.has_diagonal_form ? 4 * 8 * n * n : 0.0);
 }
 
