@@ -29,6 +29,7 @@ struct ReduceCommand {
   bool shear = false;
   // With both.
   bool force = false;
+  bool info = false;      // print what the file INPUT is
   bool estimate = false;  // print what the reductions would cost, and reduce nothing
   double memory = 0;
   std::optional<Index> diagonal_limit;

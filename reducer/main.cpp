@@ -4,6 +4,7 @@
 #include "common/linalg/blas_kernels.hpp"
 #include "common/program.hpp"
 #include "reducer/command.hpp"
+#include "reducer/info.hpp"
 
 int main(int argc, char** argv) {
   cbr::restart_with_better_kernels(argv);
@@ -14,7 +15,8 @@ int main(int argc, char** argv) {
       "  cbr-reduce impact.yaml | cbr-skin - | cbr-dyn - -o results.h5\n"
       "  cbr-reduce block.msh --interface contact --modes 80 --youngs-modulus 2.1e11 --poissons-ratio 0.3 --density 7850 \\\n"
       "             -o block.cbr.h5\n"
-      "  cbr-reduce block.msh --interface surface --modes 50 --domains 8 --estimate");
+      "  cbr-reduce block.msh --interface surface --modes 50 --domains 8 --estimate\n"
+      "  cbr-reduce --info block.cbr.h5                          what a file is: superelement, results or checkpoint");
   cbr::CommonOptions common;
   cbr::ReduceCommand command;
   cbr::add_common_options(app, common);
@@ -22,7 +24,9 @@ int main(int argc, char** argv) {
   return cbr::run_program(app, argc, argv, [&] {
     cbr::Report report("cbr-reduce", common.verbosity(), common.timings);
     cbr::set_threads(common.threads);
-    if (command.estimate) {
+    if (command.info) {
+      cbr::print_info(command.input, cbr::table_output());
+    } else if (command.estimate) {
       cbr::run_estimate(command, cbr::table_output(), report);
     } else {
       cbr::run_reduce(command, cbr::filter_output(), report);

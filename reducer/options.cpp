@@ -135,6 +135,10 @@ void add_reduce_options(CLI::App& app, ReduceCommand& command) {
       "--estimate", command.estimate,
       "print what the reduction would give and cost, and reduce nothing: sizes, non-zeros, memory and times from the mesh's "
       "connectivity, beside Eqs 5-17 of the paper. With a mesh no material is needed, but for --cutoff-hz");
+  app.add_flag(
+      "--info", command.info,
+      "print what INPUT is, a superelement, results, fields or a checkpoint: made of what, dofs, lowest frequencies, faces, "
+      "mass, known errors");
   app.add_flag("--force", command.force, "reduce again, though nothing has changed");
   app.add_option_function<std::string>(
          "--memory",

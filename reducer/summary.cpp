@@ -9,12 +9,15 @@
 
 #include "common/format_text.hpp"
 #include "reducer/accuracy.hpp"
+#include "reducer/summary_text.hpp"
 
 namespace cbr {
 namespace {
 
 // More than this of the energy lost in a flat impact is worth a warning.
 constexpr double large_residual_mass = 0.2;
+// Of a moment of inertia, what lumping may add without a remark.
+constexpr double much_excess = 0.01;
 
 Index fixed_modes(const Superelement& s, const ReductionFigures& figures) {
   return s.is_characteristic() ? figures.characteristic.n_fixed : s.k() - s.n_residual;
@@ -25,9 +28,9 @@ std::string modes_text(const Superelement& s, const ReductionFigures& figures) {
   if (own == 0) return "none kept: static condensation";
   std::string text = std::to_string(own) + " kept";
   if (figures.n_candidates > own) text += " of the lowest " + std::to_string(figures.n_candidates);
-  text += ", the highest at " + format_text("%.6g", figures.highest_frequency) + " Hz (" + figures.mode_method;
-  if (figures.mode_method != "lapack") text += figures.modes_proven ? ", none missed by the inertia count" : ", not counted";
-  return text + ")";
+  text += ", the highest at " + format_text("%.6g", figures.highest_frequency) + " Hz";
+  const bool proven = figures.mode_method == "lapack" || figures.modes_proven;
+  return text + (proven ? ", none missed" : ", not proven that none is missed");
 }
 
 void say_loads(const Superelement& s, Report& report) {
@@ -36,17 +39,6 @@ void say_loads(const Superelement& s, Report& report) {
   for (const auto& [name, load] : s.loads) names += (names.empty() ? "" : ", ") + name;
   report.line("  loads        on " + names + " inside the part: " + std::to_string(s.n_residual) +
               " residual vectors beside the modes");
-}
-
-std::string sets_text(const Superelement& s) {
-  std::string text;
-  for (const auto& surface : s.surfaces) {
-    text += (text.empty() ? "" : ", ") + surface.name + " (" + std::to_string(surface.n_faces()) + " faces)";
-  }
-  for (const auto& [name, nodes] : s.nodesets) {
-    text += (text.empty() ? "" : ", ") + name + " (" + std::to_string(nodes.size()) + " nodes)";
-  }
-  return text.empty() ? "none" : text;
 }
 
 // Of the faces that are nearly flat, where that is known, or else all of the interface stopped at once.
@@ -71,10 +63,10 @@ void warn_of_residual_mass(const Vector3& rho, const Superelement& s, Report& re
 }
 
 void say_residual_mass(const Vector3& rho, const Superelement& s, Report& report) {
-  report.line(
-      format_text("  rho_res      x %.4f  y %.4f  z %.4f: share of a body's energy of motion along x, y, z that is lost when its "
-                  "whole interface stops at once",
-                  rho(0), rho(1), rho(2)));
+  report.line(format_text(
+      "  rho_res      x %.3f  y %.3f  z %.3f: share of a body's energy of motion along x, y, z that is lost when its whole "
+      "interface stops at once (good: below 0.05)",
+      rho(0), rho(1), rho(2)));
   warn_of_residual_mass(rho, s, report);
 }
 
@@ -149,10 +141,30 @@ void say_characteristic(const Superelement& s, const ReductionFigures& figures, 
       c.left));
 }
 
-void say_rigid_body(const RigidBody& b, Report& report) {
-  report.line(format_text("  mass         %.9g, centre (%.6g, %.6g, %.6g)", b.mass, b.center(0), b.center(1), b.center(2)));
-  report.line(format_text("  inertia      xx %.6g  yy %.6g  zz %.6g  xy %.6g  yz %.6g  xz %.6g", b.inertia(0, 0), b.inertia(1, 1),
-                          b.inertia(2, 2), b.inertia(0, 1), b.inertia(1, 2), b.inertia(0, 2)));
+// The most that a lumped moment of inertia is above the geometry's, of itself.
+double excess(const RigidBody& lumped, const RigidBody& geometry) {
+  double most = 0;
+  for (int i = 0; i < 3; ++i)
+    if (geometry.inertia(i, i) > 0) most = std::max(most, lumped.inertia(i, i) / geometry.inertia(i, i) - 1);
+  return most;
+}
+
+std::string inertia_text(const Matrix3& I) {
+  return format_text("xx %.6g  yy %.6g  zz %.6g  xy %.6g  yz %.6g  xz %.6g", I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(1, 2), I(0, 2));
+}
+
+void say_rigid_body(const RigidBody& b, const ComponentMass& mass, Report& report) {
+  const bool lumped = mass.kind == MassKind::lumped;
+  report.line(format_text("  mass         %.9g, centre (%.6g, %.6g, %.6g), ", b.mass, b.center(0), b.center(1), b.center(2)) +
+              (lumped ? "lumped at the nodes" : "consistent"));
+  report.line("  inertia      " + inertia_text(b.inertia) + (lumped ? " (of the lumped mass)" : " (that of the geometry)"));
+  if (!lumped) return;
+  report.line("  geometry     " + inertia_text(mass.geometry.inertia) +
+              format_text(": lumping adds up to %.2g %%", 100 * excess(b, mass.geometry)));
+  if (excess(b, mass.geometry) > much_excess)
+    report.line(
+        "  note         lumped mass makes frequencies of quadratic and coarse meshes low and inertia high; mass: consistent "
+        "has the geometry's inertia");
 }
 
 void say_file(const std::filesystem::path& file, bool diagonal, bool recovery, Report& report) {
@@ -191,7 +203,8 @@ void count_work(const ReductionFigures& figures, Report& report) {
 
 }  // namespace
 
-void summarise(const Superelement& s, const ReductionFigures& figures, const std::filesystem::path& file, Report& report) {
+void summarise(const Superelement& s, const ReductionFigures& figures, const ComponentMass& mass, const std::filesystem::path& file,
+               Report& report) {
   count_work(figures, report);
   report.count("interface_dofs", static_cast<double>(s.c()));
   report.count("modes", static_cast<double>(s.k()));
@@ -199,6 +212,8 @@ void summarise(const Superelement& s, const ReductionFigures& figures, const std
                           static_cast<long long>(figures.n_dofs), static_cast<long long>(s.c()), s.node_ids.size(),
                           static_cast<long long>(fixed_modes(s, figures)), static_cast<long long>(s.n_coordinates())));
   report.line("  modes        " + modes_text(s, figures));
+  report.detail("modes by " + figures.mode_method);
+  for (const SummaryLine& line : frequency_lines(s)) report.line(line.text);
   say_loads(s, report);
   if (s.is_characteristic()) say_characteristic(s, figures, report);
   if (s.is_massless()) {
@@ -207,7 +222,7 @@ void summarise(const Superelement& s, const ReductionFigures& figures, const std
     say_residual_mass(s.is_characteristic() ? figures.characteristic.rho : residual_mass_share(s), s, report);
     say_accuracy(s, report);
   }
-  say_rigid_body(s.rigid_body, report);
+  say_rigid_body(s.rigid_body, mass, report);
   report.line("  sets kept    " + sets_text(s));
   const bool panels = figures.way == CondensationWay::second_solve;
   report.detail(format_text("factor: %.3g non-zeros, %.3g flops; solves %.3g flops; products %.3g flops", figures.factor_nonzeros,
@@ -246,8 +261,8 @@ void summarise_domains(const SuperelementGroup& group, const GroupFigures& f, co
   }
 }
 
-void summarise_group(const SuperelementGroup& group, const std::filesystem::path& file, Report& report) {
-  say_rigid_body(group.rigid_body, report);
+void summarise_group(const SuperelementGroup& group, const ComponentMass& mass, const std::filesystem::path& file, Report& report) {
+  say_rigid_body(group.rigid_body, mass, report);
   Superelement described;
   JoinedNodes joined = join_nodes(group);
   described.surfaces = std::move(joined.surfaces);
