@@ -73,7 +73,8 @@ TEST_P(ReferenceFile, interiorFollowsRigidMotions) {
   EXPECT_LT((recovery.Psi * R_c - rigid_modes(recovery.coordinates, Vector3::Zero())).cwiseAbs().maxCoeff(), 1e-10);
 }
 
-INSTANTIATE_TEST_SUITE_P(Version, ReferenceFile, testing::Values("superelement-1.0.cbr.h5", "superelement-1.4.cbr.h5"));
+INSTANTIATE_TEST_SUITE_P(Version, ReferenceFile,
+                         testing::Values("superelement-1.0.cbr.h5", "superelement-1.4.cbr.h5", "superelement-1.5.cbr.h5"));
 
 // What 1.4 has beyond 1.0: checksums, errors, conditioning.
 TEST(ReferenceFiles, ErrorsAndConditioningAreRead) {

@@ -7,9 +7,11 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <sstream>
 
 #include "common/error.hpp"
+#include "common/hdf5_file.hpp"
 #include "common/left_out_blocks.hpp"
 #include "common/staleness.hpp"
 #include "common/superelement.hpp"
@@ -107,6 +109,38 @@ TEST_F(Words, InfoTellsWhatASuperelementIs) {
                            "first elastic frequencies", "x_max (4 faces)", "aim: below 1 %"})
     EXPECT_NE(out.str().find(part), std::string::npos) << part << "\n" << out.str();
   EXPECT_THROW(print_info(path("box.msh"), out), InputError);
+}
+
+TEST_F(Words, InfoTellsWhatResultsAndCheckpointsAre) {
+  const auto told = [&](const std::string& format, const std::function<void(Hdf5Writer&)>& fill) {
+    {
+      Hdf5Writer file(path("some.h5"));
+      file.attribute("/", "format", format);
+      file.attribute("/", "format_version", std::string("1.3"));
+      file.attribute("/", "generator", std::string("cbr-dyn 0"));
+      fill(file);
+      file.commit();
+    }
+    std::ostringstream out;
+    print_info(path("some.h5"), out);
+    return out.str();
+  };
+  const std::string results = told("cbr-results", [](Hdf5Writer& file) {
+    file.attribute("/", "partial", Index{1});
+    file.attribute("/", "steps", Index{120});
+    file.attribute("/", "n_dofs", Index{77});
+    file.write("/time", Vector(Vector::LinSpaced(3, 0, 0.5)));
+    file.write("/instances/left/kinetic_energy", Vector(Vector::Zero(3)));
+  });
+  for (const char* part : {"results of a run", "3, from t = 0 to 0.5 s", "120 steps, 77 dofs; ended by a signal", "left"})
+    EXPECT_NE(results.find(part), std::string::npos) << part << "\n" << results;
+  const std::string checkpoint = told("cbr-checkpoint", [](Hdf5Writer& file) {
+    file.attribute("/", "step", Index{9});
+    file.write("/time", 0.25);
+  });
+  for (const char* part : {"a checkpoint", "t = 0.25 s, step 9", "--restart"})
+    EXPECT_NE(checkpoint.find(part), std::string::npos) << part << "\n" << checkpoint;
+  EXPECT_THROW(told("other", [](Hdf5Writer&) {}), InputError);
 }
 
 TEST_F(Words, ReadmesFirstSceneRunsAsItIsPrinted) {
