@@ -6,7 +6,7 @@ PRESET ?= release
 PYTHON ?= /usr/bin/python3
 export PYTHON
 
-.PHONY: help packages configure programs build test demo paper fig3 fig5 fig6 fig8 fig9 fig10 fig11 fig12 eqs eq18 dissimilar hertz small-features stress stress-table load seeds fuzz sanitize bench bench-docs bench-contact install check clean
+.PHONY: help packages configure programs build test demo paper fig3 fig5 fig6 fig8 fig9 fig10 fig11 fig12 eqs eq18 dissimilar hertz small-features ordinary-part stress stress-table load seeds fuzz sanitize bench bench-docs bench-contact install check clean
 .DEFAULT_GOAL := help
 
 help:
@@ -16,6 +16,7 @@ help:
 	@echo "make dissimilar  the paper's second example, sphere and brick against a dense block: runs, plots, table (5 minutes)"
 	@echo "make hertz       steel balls on each other and on a plane against Hertz: runs, plots, table (5 minutes)"
 	@echo "make small-features  a bracket with fillets and holes hits a wall, full meshes against superelements: runs, plots, table (3 minutes)"
+	@echo "make ordinary-part  a part without small features falls onto a floor, full mesh against superelements: runs, plots, table (3 minutes)"
 	@echo "make stress    the stress table into docs/stability.md (a minute), then load, seeds, fuzz"
 	@echo "make stress-table  the table alone"
 	@echo "make load      1000 instances, 200 000 contact nodes, 10 million outputs, scenes of 100 MB: how time and memory grow, into docs/stability.md (six minutes, 8 GB)"
@@ -70,6 +71,9 @@ hertz: programs
 small-features: programs
 	$(MAKE) -C tests/cases/small-features all check BIN=$(abspath $(BUILD))/bin
 
+ordinary-part: programs
+	$(MAKE) -C tests/cases/ordinary-part all check BIN=$(abspath $(BUILD))/bin
+
 # docs/stability.md, made by the run
 stress: stress-table load seeds fuzz
 stress-table: programs
@@ -121,5 +125,6 @@ clean:
 	$(MAKE) -C tests/cases/hertz clean
 	$(MAKE) -C tests/cases/sharp-load clean
 	$(MAKE) -C tests/cases/small-features clean
+	$(MAKE) -C tests/cases/ordinary-part clean
 	$(MAKE) -C tests/cases/decomposition clean
 	$(MAKE) -C tests/cases/paper clean

@@ -31,7 +31,7 @@ BASES = {
     "massless, free": ("basis: massless", ""),
     "massless, tapered": ("basis: massless, massless_modes: tapered", ""),
     "massless, fixed": ("basis: massless, massless_modes: fixed", ""),
-    "characteristic": ("basis: characteristic, characteristic: {modes: 10, pressure: [INTERFACE], patterns: 6}", ""),
+    "characteristic": ("basis: characteristic", ""),
 }
 
 SMOKE = ("full mesh", "craig-bampton", "massless, free")  # of the smallest run

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The benchmarks of `make bench`: bench.py PART ... with PART of machine, t1, projected, reduction, interior, skipping, features, bases,
-few_shapes, calculix, largest, plots; all but largest without any.
+"""The benchmarks of `make bench`: bench.py PART ... with PART of machine, t1, projected, reduction, interior, skipping, features,
+ordinary, bases, few_shapes, calculix, largest, plots; all but largest without any.
 
 BIN and BENCH (folders of the programs and of bench_machine), OUT (folder of the CSV files and plots) and as options SMOKE=1 (smallest
 sizes, one run each), REPEATS (3), REFINEMENTS ("1 2 4") come from the environment: tests/benchmarks/Makefile. When each part was
@@ -14,8 +14,8 @@ import subprocess
 import sys
 
 import bases
+import case_rows
 import ccx
-import features
 import few_shapes
 import interior
 import limits
@@ -108,12 +108,18 @@ def measure_skipping(settings):
 
 
 def measure_features(settings):
-    write_csv(settings.out / "features.csv", *features.measure(settings))
+    rows = case_rows.measure(settings, "small-features", "features")
+    write_csv(settings.out / "features.csv", *rows)
+
+
+def measure_ordinary(settings):
+    rows = case_rows.measure(settings, "ordinary-part", "ordinary")
+    write_csv(settings.out / "ordinary.csv", *rows)
 
 
 PARTS = {"machine": measure_machine, "t1": measure_t1, "projected": measure_projected, "reduction": measure_reduction,
          "interior": measure_interior, "skipping": measure_skipping,
-         "features": measure_features, "bases": measure_bases, "few_shapes": measure_few_shapes, "calculix": measure_calculix, "largest": measure_largest, "plots": lambda settings: plots.make(settings.out)}
+         "features": measure_features, "ordinary": measure_ordinary, "bases": measure_bases, "few_shapes": measure_few_shapes, "calculix": measure_calculix, "largest": measure_largest, "plots": lambda settings: plots.make(settings.out)}
 
 
 def record(settings, part):

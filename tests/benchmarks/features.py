@@ -1,16 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The part with small features (tests/cases/small-features), whose full mesh must step as its smallest tetrahedra allow."""
+"""Tables of cases under tests/cases that print their own rows: `make bench-rows`."""
 import csv
 import io
 import pathlib
 import subprocess
 
-CASE = pathlib.Path(__file__).resolve().parents[1] / "cases" / "small-features"
+CASES = pathlib.Path(__file__).resolve().parents[1] / "cases"
 
 
-def measure(settings):
-    """(rows, columns) of its table, repeated by hand only: its runs are minutes."""
-    command = ["make", "--no-print-directory", "-s", "-C", CASE, "bench-rows", f"OUT={settings.out / 'features'}", f"BIN={settings.bin}", f"PYTHON={settings.python}",
+def measure(settings, case, folder):
+    """(rows, columns) of a case's table; `folder` is made below OUT. Its runs may be minutes."""
+    command = ["make", "--no-print-directory", "-s", "-C", CASES / case, "bench-rows",
+               f"OUT={settings.out / folder}", f"BIN={settings.bin}", f"PYTHON={settings.python}",
                f"FAST={'1' if settings.smoke else ''}"]
     done = subprocess.run(command, stdout=subprocess.PIPE, text=True)
     if done.returncode != 0:

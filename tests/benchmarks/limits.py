@@ -55,6 +55,14 @@ def contact_step(rates, n, m, rows, scaled=False):
     return 2 * flight_step(rates, n) + max(flops / rates.flops(), data / rates.reading(data)) + rates.seconds(data=state)
 
 
+def shapes_step(rates, n, m, rows):
+    """As contact_step(), of basis characteristic without friction: V's normal rows of m nodes read for
+    the gaps and for the impulse, a triangle of the constant factor of `rows` read forward and back."""
+    data = 2 * 8 * m * n + 8 * rows**2
+    flops = 2 * data / 8
+    return 2 * flight_step(rates, n) + max(flops / rates.flops(), data / rates.reading(data))
+
+
 def reading(rates, size):
     """A file of that many bytes, in the page cache."""
     return size / rates.bytes(1 << 40)

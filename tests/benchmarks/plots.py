@@ -10,8 +10,9 @@ from runs import read_csv
 
 MARKERS = {1: "o", 2: "s", 4: "^"}
 KINDS = {"full": ("full mesh", "#1f3b73"), "a": ("(a) contact face", "#2a9d4a"), "a scaled": ("(a), modal mass scaling", "#8ac926"),
-         "b": ("(b) both x faces", "#e07b00"), "c": ("(c) whole surface", "#b3202c")}
-TARGETS = {1: 5, 2: 20, 4: 60}
+         "b": ("(b) both x faces", "#e07b00"), "c": ("(c) whole surface", "#b3202c"),
+         "shapes": ("(a), basis characteristic", "#7b3fa0")}
+TARGETS = {1: 10, 2: 30, 4: 60}
 ERROR = "rms_percent_of_half_speed"
 
 
@@ -93,7 +94,7 @@ def plot_phases(t1_rows, reduction_rows, file):
     for r in sorted({row["r"] for row in t1_rows}):
         of = [row for row in t1_rows if row["r"] == r]
         chosen += [row for row in of if row["model"] == "full"][:1]
-        good = [row for row in of if row["model"] == "a" and row[ERROR] < 0.5]
+        good = [row for row in of if row["model"] in ("a", "shapes") and row[ERROR] < 0.5]
         chosen += sorted(good, key=lambda row: row["stepping_s"])[:1]
     fig, axes = plt.subplots(1, 2, figsize=(11, 3.6), layout="constrained")
     parts = {name: [row[column] for row in chosen] for name, column in (("read", "read_s"), ("setup", "setup_s"), ("steps", "stepping_s"), ("write", "write_s"))}

@@ -32,10 +32,26 @@ def cases(folder, settings):
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
         return f"{mesh}-{model}.yaml"
 
+    def pedestal(basis):
+        def make():
+            here = t1.HERE.parent / "cases" / "ordinary-part"
+            mesh = "small" if settings.smoke else "part"
+            command = ["make", "--no-print-directory", "-C", here, f"OUT={folder}",
+                       f"BIN={settings.bin}", f"PYTHON={settings.python}",
+                       f"FAST={'1' if settings.smoke else ''}", folder / f"{mesh}.msh",
+                       folder / f"{mesh}-{basis}.yaml"]
+            subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+            return f"{mesh}-{basis}.yaml"
+        return make
+
     if settings.smoke:
-        return {"T1 (a), 5 modes": block("a", 5, 1, (6, 4, 5)), "small features": bracket}
+        return {"T1 (a), 5 modes": block("a", 5, 1, (6, 4, 5)), "small features": bracket,
+                "ordinary part, shapes": pedestal("shapes")}
     return {"T1 (a), 80 modes": block("a", 80, 1, (20, 10, 15)), "T1 (c), 500 modes": block("c", 500, 1, (20, 10, 15)),
-            "T1 (a), 80 modes, r = 2": block("a", 80, 2, (40, 20, 30)), "small features, 80 modes": bracket}
+            "T1 (a), 80 modes, r = 2": block("a", 80, 2, (40, 20, 30)),
+            "T1, shapes, 20 modes, r = 2": block("shapes", 20, 2, (40, 20, 30)),
+            "small features, 80 modes": bracket, "ordinary part, 120 modes": pedestal("nodes"),
+            "ordinary part, shapes, 120 modes": pedestal("shapes")}
 
 
 def phases(name, tables, rates):

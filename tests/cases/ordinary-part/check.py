@@ -1,0 +1,58 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the ordinary part must show, checked on the results in a folder; no times are judged.
+
+Exit 1 and a line per figure that is missed.
+"""
+import sys
+
+from runs import Runs, against
+
+
+class Check:
+    def __init__(self, folder):
+        self.runs, self.missed, self.counted = Runs(folder), 0, 0
+
+    def below(self, run, what, value, bound):
+        held = bool(value <= bound)
+        self.missed += not held
+        self.counted += 1
+        word = "held" if held else "MISSED"
+        print(f"{run.name:24s} {what:56s} {value:12.4g}  bound {bound:10.4g}  {word}")
+
+    def holds(self, run):
+        """Laws that every run obeys by itself, to round-off or to the solver's tolerance."""
+        self.below(run, "energy that no work accounts for, share", run.balance, 1e-10)
+        self.below(run, "energy above what there was at the start, share", run.gained, 1e-3)
+        self.below(run, "largest residual of the contact laws", run.residual, 1e-8)
+        brought = abs(run.p[0, 0])
+        if not run.friction:
+            change = abs(run.p[:, 0] - run.p[0, 0]).max() / brought
+            self.below(run, "momentum along a floor without friction, share", change, 1e-10)
+
+    def agrees(self, run, full):
+        """A superelement against the full mesh. Bounds are issue targets for the mesh `part`:
+        1.5 % of the way, and 15 % of the momentum along the floor. The small mesh of the tests
+        is coarser than its wave lengths, so that the bounds are doubled there."""
+        factor = 2 if run.mesh == "small" else 1
+        off = against(run, full)
+        self.below(run, "centre of mass off, % of its way", off["way_percent"], 1.5 * factor)
+        if run.friction:
+            along = abs(off["momentum_off_percent"])
+            self.below(run, "momentum along the floor off, %", along, 15 * factor)
+        self.below(run, "its steps over the mesh's", run.steps / full.steps, 1)
+
+
+def main():
+    check = Check(sys.argv[1])
+    for run in check.runs.all:
+        check.holds(run)
+        full = check.runs.full(run)
+        if full and run is not full:
+            check.agrees(run, full)
+    print(f"{check.counted - check.missed} of {check.counted} held")
+    return 1 if check.missed or not check.counted else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
