@@ -205,10 +205,21 @@ bool correct(ImpulseStep& step, const std::vector<ContactBody>& bodies, ImpulseM
   return false;
 }
 
+// Without impulses no point closes: nothing has to be pushed, whatever W is.
+bool stays_apart(const ContactList& list, const std::vector<PointLaw>& laws) {
+  for (std::size_t i = 0; i < list.points.size(); ++i)
+    if (laws[i].law == ContactLaw::tied || !(list.points[i].gap[0] >= 0)) return false;
+  return true;
+}
+
 }  // namespace
 
 EnforcementResult enforce_impulse(const ContactList& list, const std::vector<PointLaw>& laws, const Points& guess, double h,
                                   std::vector<ContactBody>& bodies, ImpulseMemory& memory) {
+  if (stays_apart(list, laws)) {
+    const Points none = Points::Zero(static_cast<Index>(laws.size()), 3);
+    return {none, unpack(pack(gaps(list), laws), laws), 0, false};
+  }
   ImpulseStep step{list, laws, pack(gaps(list), laws), pack(guess, laws), {}, {}, 0, false, false};
   const bool stands = memory.solver && memory.h == h;
   if (stands && same_laws(laws, memory.laws) && same_rows(list, memory.rows, laws, same_row_tolerance)) {

@@ -122,6 +122,27 @@ Compared compare(Slide& slide, int n_steps, double stride, double unique_impulse
 
 std::vector<PointLaw> same_law(Index n, ContactLaw law, double friction = 0) { return std::vector<PointLaw>(n, {law, friction}); }
 
+TEST(ImpulseCorrection, NothingIsFormedWhereNoPointCloses) {
+  for (const ContactLaw law : {ContactLaw::frictionless, ContactLaw::coulomb, ContactLaw::tied}) {
+    Slide slide;
+    slide.laws_of_slots = same_law(81, law, 0.3);
+    slide.start(response_of_face(9), true);
+    slide.at(0.1, 0.2);
+    for (ContactPoint& point : slide.list.points) point.gap[0] = std::abs(point.gap[0]);
+    ImpulseMemory memory;
+    const Points none = Points::Zero(static_cast<Index>(slide.list.points.size()), 3);
+    const EnforcementResult found = enforce_impulse(slide.list, slide.laws, none, 1e-3, slide.bodies, memory);
+    const bool tied = law == ContactLaw::tied;
+    EXPECT_EQ(memory.n_formed, tied ? 1 : 0);
+    EXPECT_EQ(found.p.isZero(0), !tied);
+    EXPECT_EQ(slide.bodies[0].impulses.isZero(0), !tied);
+    for (Index i = 0; i < none.rows() && !tied; ++i) EXPECT_EQ(found.gap(i, 0), slide.list.points[i].gap[0]);
+    // One point that closes is enough
+    slide.list.points[40].gap[0] = -1e-6;
+    EXPECT_FALSE(enforce_impulse(slide.list, slide.laws, none, 1e-3, slide.bodies, memory).p.isZero(0));
+  }
+}
+
 TEST(ImpulseCorrection, LongSlideWithoutFriction) {
   for (const bool shared : {true, false}) {
     Slide slide;
