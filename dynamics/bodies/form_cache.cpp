@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "common/linalg/blas_threads.hpp"
+#include "common/linalg/dense.hpp"
 #include "common/linalg/dense_factor.hpp"
 #include "common/linalg/huge_pages.hpp"
 #include "dynamics/bodies/diagonal_form.hpp"
@@ -13,6 +14,9 @@ namespace {
 
 constexpr std::size_t most_responses = 3;     // step, last step, and one that an output cuts
 constexpr std::size_t most_propagators = 12;  // a jump's length is one of a few
+// Shapes are looked for among so many dofs at first, and no more than so many. What they leave of any dof is round-off.
+constexpr Index first_sample = 32, most_sampled = 256;
+constexpr double shape_round_off = 1e-13;
 
 Eigen::Map<Vector> flat(Points& p) { return {p.data(), p.size()}; }
 
@@ -42,6 +46,30 @@ NodeRows::NodeRows(const RowMatrix& V, const IndexTable& row, std::vector<Index>
   data_ = copy_.data();
 }
 
+const NodeRows::Shapes* NodeRows::shapes() const {
+  if (shapes_known_) return shapes_ ? &*shapes_ : nullptr;
+  shapes_known_ = true;
+  const Index most = std::min({n_dofs(), n_, most_sampled});
+  for (Index n = std::min(first_sample, most); n > 0; n = std::min(2 * n, most)) {
+    const Index stride = n_dofs() / n;
+    Matrix sample(n_, n);
+    for (Index j = 0; j < n; ++j) sample.col(j) = Vt().col(stride * j);
+    const PivotedQr qr(sample, shape_round_off);
+    // As many as were asked: there may be more
+    if (qr.rank() == n && n < most) continue;
+    if (2 * qr.rank() > n_) return nullptr;
+    const Matrix Q = qr.Q().leftCols(qr.rank());
+    auto A = std::make_shared<const Matrix>(Q.transpose() * Vt());
+    const double left = (Vt() - Q * *A).cwiseAbs().maxCoeff();
+    if (left <= shape_round_off * Vt().cwiseAbs().maxCoeff()) {
+      shapes_ = Shapes{Q, std::move(A)};
+      return &*shapes_;
+    }
+    if (n == most) break;
+  }
+  return nullptr;
+}
+
 void NodeRows::displacements(const Vector& eta, const Matrix3& T, Points& u) const {
   u.resize(static_cast<Index>(nodes_.size()), 3);
   if (n_ == 0 || nodes_.empty()) {  // BLAS minds a product over nothing: every dof held
@@ -50,7 +78,11 @@ void NodeRows::displacements(const Vector& eta, const Matrix3& T, Points& u) con
   }
   {
     const SerialBlas serial(n_ * n_dofs());
-    flat(u).noalias() = Vt().transpose() * eta;
+    if (shapes_) {
+      flat(u).noalias() = shapes_->A->transpose() * Vector(shapes_->Q.transpose() * eta);
+    } else {
+      flat(u).noalias() = Vt().transpose() * eta;
+    }
   }
   for (Index i = 0; i < u.rows(); ++i) u.row(i) = (T * Vector3(u.row(i).transpose())).transpose();
 }
@@ -60,12 +92,20 @@ void NodeRows::kick(const Points& p, const Matrix3& T, Points& local, Vector& ki
   if (n_ == 0) return;
   if (local.rows() < p.rows()) local.resize(p.rows(), 3);
   const SerialBlas serial(n_ * n_dofs());
+  Vector of_shapes = Vector::Zero(shapes_ ? shapes_->A->rows() : 0);
   // One product for each run of nodes that are pushed
   for (Index i = 0; i < p.rows(); ++i) {
     const Index first = i;
     for (; i < p.rows() && !p.row(i).isZero(0); ++i) local.row(i) = (T.transpose() * Vector3(p.row(i).transpose())).transpose();
-    if (i > first) kick.noalias() += Vt().middleCols(3 * first, 3 * (i - first)) * flat(local).segment(3 * first, 3 * (i - first));
+    if (i == first) continue;
+    const auto pushed = flat(local).segment(3 * first, 3 * (i - first));
+    if (shapes_) {
+      of_shapes.noalias() += shapes_->A->middleCols(3 * first, 3 * (i - first)) * pushed;
+    } else {
+      kick.noalias() += Vt().middleCols(3 * first, 3 * (i - first)) * pushed;
+    }
   }
+  if (shapes_) kick.noalias() = shapes_->Q * of_shapes;
 }
 
 std::shared_ptr<const Matrix> NodeRows::response(const ResponseOf& of, const Vector& weight) const {

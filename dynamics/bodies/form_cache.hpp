@@ -4,6 +4,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -35,6 +36,14 @@ class NodeRows {
   // V_c^T (n x 3 m): column 3 i + c is the modal row of dof (i, c), contiguous.
   Eigen::Map<const Matrix> Vt() const { return {data_, n_, n_dofs()}; }
 
+  // V_c^T = Q A: the nodes move in r shapes, the rows of A.
+  struct Shapes {
+    Matrix Q;                         // n x r
+    std::shared_ptr<const Matrix> A;  // r x 3 m
+  };
+  // Of r <= n / 2 shapes, to round-off, or nothing: then there are more. Once it has been asked for, products use it.
+  const Shapes* shapes() const;
+
   // u = T V_c eta   (m x 3)
   void displacements(const Vector& eta, const Matrix3& T, Points& u) const;
   // kick = V_c^T T^T p   (n), read where p is not 0 only. local: workspace, made larger when too small.
@@ -51,6 +60,8 @@ class NodeRows {
   Index n_ = 0;
   Matrix copy_;
   const double* data_ = nullptr;
+  mutable std::optional<Shapes> shapes_;
+  mutable bool shapes_known_ = false;
   mutable std::vector<std::pair<ResponseOf, std::shared_ptr<const Matrix>>> responses_;
   mutable Matrix envelope_;
 };

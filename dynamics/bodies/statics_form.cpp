@@ -137,7 +137,13 @@ std::shared_ptr<const StaticsForm::OfNodes> StaticsForm::of_nodes(const NodeRows
   const bool all = part->size() == rows.size() && std::is_sorted(of->row.begin(), of->row.end());
   part->F = all ? rows.F : std::make_shared<const Matrix>((*rows.F)(of->row, of->row));
   of->rows = std::move(part);
-  of->A = std::make_shared<const Matrix>(is_massless ? Matrix(0, modal_rows.n_dofs()) : Matrix(modal_rows.Vt()));
+  if (is_massless) {
+    of->A = std::make_shared<const Matrix>(0, modal_rows.n_dofs());
+  } else if (const NodeRows::Shapes* shapes = modal_rows.shapes()) {
+    of->Q = shapes->Q, of->A = shapes->A;
+  } else {
+    of->A = std::make_shared<const Matrix>(modal_rows.Vt());
+  }
   sets_.push_back(of);
   return of;
 }
@@ -148,7 +154,10 @@ std::shared_ptr<const ThinResponse> StaticsForm::response(const std::shared_ptr<
     if (known.nodes == nodes && known.of == of) return known.response;
   if (known_.size() == most_known) known_.erase(known_.begin());
   const bool of_velocity = of.weight == ResponseOf::Weight::velocity;
-  auto response = std::make_shared<ThinResponse>(ThinResponse{nodes->A, weight, nodes->rows, of.h});
+  Matrix C;
+  if (nodes->A->rows() > 0)
+    C = nodes->Q.size() > 0 ? Matrix(nodes->Q.transpose() * weight.asDiagonal() * nodes->Q) : Matrix(weight.asDiagonal());
+  auto response = std::make_shared<ThinResponse>(ThinResponse{nodes->A, C, nodes->rows, of.h});
   if (of_velocity) response->rows = no_rows(nodes->nodes.size()), response->h = 1;
   known_.push_back({nodes, of, response});
   return response;

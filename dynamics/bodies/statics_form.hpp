@@ -21,13 +21,14 @@ struct StaticsForm {
   bool is_massless = false;
   double omega_limit = 0;  // rad/s, limits a step: massless, with the interface held; else the highest of `modal`
 
-  // The rows of some nodes, numbered by their places in `nodes`, and the modal rows of these (n x 3 m), kept for those that ask for
-  // the same again.
+  // The rows of some nodes, numbered by their places in `nodes`, and the shapes that these move in, V_c^T = Q A, kept for those that
+  // ask for the same again.
   struct OfNodes {
     std::vector<Index> nodes;
     std::vector<Index> row;  // s', of `rows`
     std::shared_ptr<const StaticRows> rows;
-    std::shared_ptr<const Matrix> A;  // massless: 0 x 3 m
+    Matrix Q;                         // n x r; empty where r = n: Q = I
+    std::shared_ptr<const Matrix> A;  // r x 3 m; massless: 0 x 3 m
   };
   std::shared_ptr<const OfNodes> of_nodes(const NodeRows& modal_rows) const;
   // As contact sees them, with the weights of the modes; the last few are kept. Velocities have no statics.

@@ -16,12 +16,12 @@ Matrix in_axes(const Points& p, const Matrix3& axes) {
   return local;
 }
 
-// A^T diag(weight) A + B F B^T / h
+// A^T C A + B F B^T / h
 Matrix formed(const ThinResponse& S) {
   const Index s = S.rows->size();
   Matrix B = Matrix::Zero(S.n_dofs(), s);
   S.rows->add_spread(Matrix::Identity(s, s), B);
-  return S.A->transpose() * S.weight.asDiagonal() * *S.A + B * *S.rows->F * B.transpose() / S.h;
+  return S.A->transpose() * S.C * *S.A + B * *S.rows->F * B.transpose() / S.h;
 }
 
 }  // namespace

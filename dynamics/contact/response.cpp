@@ -55,7 +55,7 @@ Matrix dense_block(const RowMajorSparse& G, const std::vector<Index>& rows, cons
 }
 
 // G_b S_b G_b^T of modes and static rows. X = A G_b^T (n x r), H = G_b B (r x s), of a few entries in each row:
-//   X^T diag(weight) X + H F H^T / h   (r x r)
+//   X^T C X + H F H^T / h   (r x r)
 Matrix thin_block(const RowMajorSparse& G, const std::vector<Index>& rows, const ThinResponse& S) {
   const Index r = static_cast<Index>(rows.size());
   Matrix X = Matrix::Zero(S.A->rows(), r);
@@ -75,12 +75,8 @@ Matrix thin_block(const RowMajorSparse& G, const std::vector<Index>& rows, const
   Matrix block = dense_block(H, all, *S.rows->F);
   block /= S.h;
   if (X.rows() == 0) return block;
-  if (S.weight.minCoeff() >= 0) {
-    X = S.weight.cwiseSqrt().asDiagonal() * X;
-    block.selfadjointView<Eigen::Lower>().rankUpdate(X.transpose());
-  } else {
-    block.noalias() += X.transpose() * (S.weight.asDiagonal() * X);
-  }
+  const Matrix CX = S.C * X;
+  block.noalias() += X.transpose() * CX;
   mirror_lower(block);
   return block;
 }

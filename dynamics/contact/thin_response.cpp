@@ -39,11 +39,10 @@ double respond(const ThinResponse& S, const Matrix& p, Matrix& move, Matrix& sti
   move.setZero(p.rows(), p.cols());
   if (A.rows() > 0) {
     const SerialBlas serial(A.size());
-    work.kick.resize(A.rows(), 1);
     for (Index q = 0; q < p.cols(); ++q) {
-      work.kick.col(0).noalias() = A * p.col(q);
-      work.kick.col(0).array() *= S.weight.array();
-      move.col(q).noalias() = A.transpose() * work.kick.col(0);
+      work.kick.noalias() = A * p.col(q);
+      work.kick = S.C * work.kick;
+      move.col(q).noalias() = A.transpose() * work.kick;
     }
   }
   S.rows->gather(p, work.pressed);

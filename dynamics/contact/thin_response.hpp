@@ -24,10 +24,10 @@ struct StaticRows {
   void add_spread(const Matrix& w, Matrix& u) const;
 };
 
-// S = A^T diag(weight) A + B F B^T / h   (3 m x 3 m), which is never formed. Instances of a component share it.
+// S = A^T C A + B F B^T / h   (3 m x 3 m), which is never formed. Instances of a component share it.
 struct ThinResponse {
-  std::shared_ptr<const Matrix> A;  // n x 3 m, modal rows of the nodes; n may be 0
-  Vector weight;                    // n
+  std::shared_ptr<const Matrix> A;  // r x 3 m, the shapes that the nodes move in; r may be 0
+  Matrix C;                         // r x r, symmetric: how the shapes answer forces on them
   std::shared_ptr<const StaticRows> rows;
   double h = 0;
 
@@ -36,7 +36,8 @@ struct ThinResponse {
 
 // What respond() works in, kept by the caller.
 struct ThinWork {
-  Matrix kick, pressed;
+  Vector kick;
+  Matrix pressed;
   std::vector<Index> columns;
 };
 
