@@ -15,6 +15,10 @@ namespace {
 
 // A dense Cholesky factor of more rows pays back after more solves than a set stands (see bench_contact_solver).
 constexpr std::size_t largest_kept_factor = 2000;
+// Closed rows of a dense W up to which a factor costs no more than Krylov products, and is exact.
+constexpr std::size_t cheap_factor = 256;
+// Impulses outside of the cones are taken into them, with a product, when they violate the laws by no more than so many tolerances.
+constexpr double nearly = 1e6;
 
 }  // namespace
 
@@ -32,8 +36,9 @@ struct ContactNewton::Impl {
 
   // A set that a whole solve has stood is factored: it is likely to stand again.
   LinearSolver choice(const ContactProblem& problem, const ContactSet& set, LinearSolver wanted) const {
-    if (problem.W.is_sparse || set.states != settled || set.states.size() > largest_kept_factor) return wanted;
-    return LinearSolver::factor;
+    if (problem.W.is_sparse) return wanted;
+    if (rows.size() <= cheap_factor) return LinearSolver::factor;
+    return set.states == settled && set.states.size() <= largest_kept_factor ? LinearSolver::factor : wanted;
   }
 
   Vector step(const ContactProblem& problem, const ContactSet& set, const Vector& g, const Vector& p, LinearSolver linear) {
@@ -43,11 +48,11 @@ struct ContactNewton::Impl {
     if (set.slides_anywhere()) return SetMatrix(problem, set, linear).solve(g, p, reduction);
     const bool same = held == set.states;
     if (same && adapted) return solve_kept(g);
+    if (!problem.W.is_sparse) closed_rows(problem, set);
     const LinearSolver chosen = choice(problem, set, linear);
     if (same && matrix && (kind == LinearSolver::factor || chosen != LinearSolver::factor)) return matrix->solve(g, p, reduction);
     held = set.states;
     if (!problem.W.is_sparse) {
-      closed_rows(problem, set);
       adapted = (chosen == LinearSolver::factor || factor.is_near(rows)) && factor.adapt(problem.W.dense, rows);
       if (adapted) {
         matrix.reset();
@@ -123,10 +128,10 @@ NewtonResult ContactNewton::solve_standing(const ContactProblem& problem, const 
   result.p = impl_->solve_kept(g);
   result.gap = g + respond(problem, result.p);
   result.iterations = 1;
-  const Vector before = result.p;
+  result.outside = result.p;
   project(problem, result.p);
-  result.residual = law_violations(problem, before, result.gap).lpNorm<Eigen::Infinity>();
-  result.converged = before == result.p && result.residual <= tolerance + gap_round_off(problem, result.p);
+  result.residual = law_violations(problem, result.outside, result.gap).lpNorm<Eigen::Infinity>();
+  result.converged = result.outside == result.p && result.residual <= tolerance + gap_round_off(problem, result.p);
   return result;
 }
 
@@ -155,6 +160,8 @@ NewtonResult ContactNewton::solve(const ContactProblem& problem, const Vector& g
   best.p = Vector::Zero(g.size()), best.gap = g;
   best.residual = std::numeric_limits<double>::infinity();
   std::vector<std::vector<PointState>> seen;
+  Vector outside, outside_gap;  // of the least violation among impulses that were not taken into the cones
+  double least = std::numeric_limits<double>::infinity();
   double merit = law_violations(problem, p, gap).norm();
   while (best.iterations < max_iterations && !best.converged) {
     const ContactSet set = contact_set(problem, p, gap);
@@ -166,7 +173,13 @@ NewtonResult ContactNewton::solve(const ContactProblem& problem, const Vector& g
     ++best.iterations;
     if (!target.allFinite()) break;
     const Vector target_gap = g + respond(problem, target);
-    const double before = best.residual, residual = keep_best(problem, g, target, target_gap, best);
+    const double before = best.residual;
+    double residual = law_violations(problem, target, target_gap).lpNorm<Eigen::Infinity>();
+    if (residual <= nearly * tolerance) {
+      residual = keep_best(problem, g, target, target_gap, best);
+    } else if (residual < least) {
+      least = residual, outside = target, outside_gap = target_gap;
+    }
     const double round_off = std::min(gap_round_off(problem, target), 1e4 * tolerance);
     if (!slides) impl_->settled = set.states;
     best.converged = residual <= tolerance + round_off || (residual <= 1e3 * tolerance && residual > 0.3 * before);
@@ -178,6 +191,7 @@ NewtonResult ContactNewton::solve(const ContactProblem& problem, const Vector& g
       merit = std::numeric_limits<double>::infinity();
     }
   }
+  if (!best.converged && outside.size() > 0) keep_best(problem, g, outside, outside_gap, best);
   if (!(best.residual < std::numeric_limits<double>::infinity())) keep_best(problem, g, Vector::Zero(g.size()), g, best);
   return best;
 }

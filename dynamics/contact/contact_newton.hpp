@@ -16,6 +16,7 @@ struct NewtonResult {
   double residual = 0;  // largest violation of a law, a length; infinite, and p = 0, beyond a double's reach
   int iterations = 0;
   bool converged = false;
+  Vector outside;  // of solve_standing(): the impulses that `gap` is of, which may be outside of the cones
 };
 
 // Without sliding points this is the primal-dual active set (Hintermueller, Ito, Kunisch 2002, doi 10.1137/S1052623401383558): its

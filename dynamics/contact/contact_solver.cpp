@@ -107,13 +107,12 @@ class Methods {
     last_ = {p, gap - g};
   }
 
-  // With what is factored for the last set: false when that does not solve it.
-  bool standing(const Vector& g, double scale, Best& best) {
+  // With what is factored for the last set.
+  NewtonResult standing(const Vector& g, double scale, Best& best) {
     NewtonResult result = newton_.solve_standing(problem_, g, aim * scale);
     best.iterations += result.iterations;
-    if (!result.converged) return false;
-    best.offer(problem_, scale, std::move(result.p), std::move(result.gap), result.residual);
-    return true;
+    if (result.converged) best.offer(problem_, scale, result.p, result.gap, result.residual);
+    return result;
   }
 
   bool standing_impulses(const Vector& g, Vector& p) { return newton_.standing_impulses(problem_, g, p); }
@@ -234,7 +233,13 @@ class Methods {
 // Newton's first attempt, warm from `guess` or from a few sweeps, and with factors when Krylov methods fail.
 void attempt(Methods& methods, const Vector& g, const Vector& guess, double scale, Best& best) {
   const ContactProblem& problem = methods.problem();
-  if (methods.standing(g, scale, best)) return;
+  const NewtonResult standing = methods.standing(g, scale, best);
+  if (standing.converged) return;
+  // Newton's first step from the last set is made: the next one goes on from there
+  if (standing.iterations > 0 && all_frictionless(problem)) {
+    methods.newton(g, standing.outside, standing.gap, first_choice(problem), newton_iterations, scale, best);
+    if (best.done()) return;
+  }
   Best start(g);
   Vector p = guess.size() == g.size() ? guess : Vector::Zero(g.size());
   project(problem, p);

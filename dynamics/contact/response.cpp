@@ -105,6 +105,12 @@ struct BodyRows {
   std::vector<Index> rows;
 };
 
+// G_b S_b G_b^T of a body that does not answer node by node   (r x r)
+Matrix block_of(const BodyRows& part) {
+  return part.response->thin ? thin_block(part.G, part.rows, *part.response->thin)
+                             : dense_block(part.G, part.rows, *part.response->block);
+}
+
 // Many rows of which few answer to each other: lumped meshes, or many bodies in a chain.
 bool is_sparse(const std::vector<BodyRows>& bodies, Index m) {
   double filled = 0;
@@ -147,6 +153,11 @@ GapResponse gap_response(const ContactList& list, const std::vector<PointLaw>& l
   }
   GapResponse W;
   W.is_sparse = is_sparse(parts, m);
+  // One body alone: its block is all of W
+  if (parts.size() == 1 && static_cast<Index>(parts[0].rows.size()) == m && !parts[0].response->is_diagonal()) {
+    W.dense = block_of(parts[0]);
+    return W;
+  }
   if (W.is_sparse) {
     W.sparse.resize(m, m);
   } else {
@@ -163,8 +174,7 @@ GapResponse gap_response(const ContactList& list, const std::vector<PointLaw>& l
       }
       continue;
     }
-    const Matrix block = part.response->thin ? thin_block(part.G, part.rows, *part.response->thin)
-                                             : dense_block(part.G, part.rows, *part.response->block);
+    const Matrix block = block_of(part);
     if (W.is_sparse) {
       W.sparse += spread_block(block, part.rows, m);
     } else {
