@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <algorithm>
 #include <filesystem>
 #include <iosfwd>
 #include <map>
@@ -40,9 +41,12 @@ struct CharacteristicOptions {
   std::vector<std::string> statics = {};   // sidesets that keep their statics; none named: those that touch
   bool no_statics = false;                 // statics: none
   InterfaceNeeds needs = {};               // of the scene, interface_needs(); no key of its own
+  bool is_default_modes = false;           // `modes` is default_shapes(), and as many as there is room for will do
 };
 // A uniform pressure, or uniform tractions along three axes.
 inline Index default_patterns(const CharacteristicOptions& options) { return options.shear ? 3 : 1; }
+// A third as many as modes with the interface held, within 10 and 40: docs/decisions/characteristic.md.
+inline Index default_shapes(const std::optional<Index>& modes) { return std::clamp<Index>(modes.value_or(0) / 3, 10, 40); }
 
 struct ReductionOptions {
   std::string basis = "craig-bampton";

@@ -56,6 +56,7 @@ CharacteristicOptions parse_characteristic(const SceneNode& node) {
   const SceneMap map = node.map({"modes", "keep", "pressure", "patterns", "shear", "statics"});
   CharacteristicOptions options;
   if (const auto* modes = map.find("modes")) options.modes = modes->index(0);
+  options.is_default_modes = map.find("modes") == nullptr;
   if (const auto* keep = map.find("keep")) options.keep = keep->names();
   if (const auto* pressure = map.find("pressure")) options.pressure = pressure->names();
   if (const auto* shear = map.find("shear")) options.shear = shear->boolean();
@@ -91,6 +92,8 @@ ReductionOptions parse_reduction(const SceneNode& node, const std::filesystem::p
   if (selection == "modes") reduction.modes = map.at("modes").index(0);
   if (selection == "cutoff_hz") reduction.cutoff_hz = map.at("cutoff_hz").positive();
   if (selection == "tolerance") reduction.tolerance = map.at("tolerance").in_open_range(0, 1);
+  if (map.find("characteristic") == nullptr) reduction.characteristic.is_default_modes = true;
+  if (reduction.characteristic.is_default_modes) reduction.characteristic.modes = default_shapes(reduction.modes);
   if (const auto* pick = map.find("pick")) {
     if (reduction.tolerance) pick->fail("goes with modes: a tolerance picks the modes by what they take part in");
     reduction.pick = pick->one_of<std::string>({{"frequency", "frequency"}, {"participation", "participation"}});

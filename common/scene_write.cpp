@@ -78,7 +78,7 @@ std::string path(const std::filesystem::path& file) { return word(std::filesyste
 
 void write_characteristic(const CharacteristicOptions& options, std::ostream& out) {
   FlowMap map;
-  map.add("modes", std::to_string(options.modes));
+  map.add_if(!options.is_default_modes, "modes", std::to_string(options.modes));
   map.add_if(!options.keep.empty(), "keep", words(options.keep));
   map.add_if(!options.pressure.empty(), "pressure", words(options.pressure));
   map.add("patterns", std::to_string(options.patterns));

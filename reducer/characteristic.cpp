@@ -242,6 +242,10 @@ std::vector<const Surface*> pressed_surfaces(const CharacteristicOptions& option
   return pressed;
 }
 
+Index n_shapes(const CharacteristicOptions& options, Index dofs) {
+  return options.is_default_modes ? std::clamp<Index>(dofs - 1, 0, options.modes) : options.modes;
+}
+
 void require_fewer(Index modes, Index dofs) {
   if (modes < dofs) return;
   fail("modes: " + std::to_string(modes) + " asked for, but only " + std::to_string(dofs) +
@@ -280,7 +284,8 @@ CharacteristicFigures make_characteristic(const CharacteristicOptions& options, 
   const std::vector<char> is_kept = kept_nodes(options, s);
   const auto [kept, others] = split(s, is_kept);
   Matrix T =
-      kept.empty() ? shapes_of_all(s, options.modes, R, figures) : shapes_beside_kept(s, options.modes, kept, others, R, figures);
+      kept.empty() ? shapes_of_all(s, n_shapes(options, s.c() - R.cols()), R, figures)
+                   : shapes_beside_kept(s, n_shapes(options, static_cast<Index>(others.size())), kept, others, R, figures);
   const std::vector<const Surface*> pressed = pressed_surfaces(options, is_kept, s);
   StaticShare& share = s.characteristic.statics = static_forces(options, s);
   Matrix compliance;

@@ -42,6 +42,8 @@ Index examine_characteristic(const Superelement& s, const CharacteristicFigures&
 std::vector<const Surface*> pressed_surfaces(const CharacteristicOptions& options, const std::vector<char>& is_kept,
                                              const Superelement& s);
 // InputError: not fewer shapes than dofs.
+// Elastic shapes of an interface of which `dofs` are left to move: what was given, else the default, or all but one.
+Index n_shapes(const CharacteristicOptions& options, Index dofs);
 void require_fewer(Index modes, Index dofs);
 
 // Forces of unit pressures at the surface's nodes on the interface's dofs, c x m, or 3 m with shear (x, y, z of each node), and the

@@ -216,17 +216,19 @@ std::optional<FreeShapes> free_shapes(const CharacteristicOptions& options, cons
   std::vector<Index> kept;
   for (const Index dof : kept_dofs(options, s)) kept.push_back(dof_in_component(p, s, dof));
   const Matrix uniform = uniform_loads(options, p, s, n);
-  require_fewer(shapes.N.cols() + options.modes, s.c() - static_cast<Index>(kept.size()));
+  const Index n_reduced = s.c() - static_cast<Index>(kept.size());
+  const Index n_elastic = n_shapes(options, n_reduced - shapes.N.cols());
+  require_fewer(shapes.N.cols() + n_elastic, n_reduced);
   {
     const Springs springs(model.K, shapes.N);
     const SparseCholesky factor(model.K);
     if (!factor.ok() || factor.smallest_pivot() < singular_pivot) return {};
     const FreeSolver solve(factor, shapes.N, shapes.P);
     report.progress("shapes of the interface", 0);
-    const Index looked_at = std::min(std::max(options.modes + 1, n_estimated), n - shapes.N.cols());
+    const Index looked_at = std::min(std::max(n_elastic + 1, n_estimated), n - shapes.N.cols());
     Eigenpairs modes = free_modes(model, factor, shapes.N, looked_at);
     shapes.lambda = std::move(modes.lambda);
-    Index m = std::min(options.modes, shapes.lambda.size());
+    Index m = std::min(n_elastic, shapes.lambda.size());
     while (m > 0 && m < shapes.lambda.size() && shapes.lambda(m) - shapes.lambda(m - 1) < twin * shapes.lambda(m)) ++m;
     shapes.n_modes = m, shapes.n_kept = static_cast<Index>(kept.size()), shapes.n_patterns = uniform.cols();
     shapes.U.resize(n, m + shapes.n_kept + shapes.n_patterns);

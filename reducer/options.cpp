@@ -58,7 +58,8 @@ CharacteristicOptions characteristic_of(const ReduceCommand& command, const Redu
     throw InputError(
         "--characteristic-modes, --keep, --pressure, --patterns, --shear and --statics go with --basis characteristic");
   CharacteristicOptions options;
-  options.modes = command.characteristic_modes.value_or(options.modes);
+  options.is_default_modes = !command.characteristic_modes;
+  options.modes = command.characteristic_modes.value_or(default_shapes(command.modes));
   options.keep = command.keep, options.pressure = command.pressure;
   options.shear = command.shear;
   options.patterns = command.patterns.value_or(default_patterns(options));
@@ -106,7 +107,7 @@ void add_reduce_options(CLI::App& app, ReduceCommand& command) {
                    "fixed (modified Craig-Bampton)")
       ->type_name("WORD");
   mesh->add_option("--characteristic-modes", command.characteristic_modes,
-                   "of basis characteristic: the interface's own modes that stand for its dofs, 0 or more (default 10)")
+                   "of basis characteristic: the interface's own modes that stand for its dofs, 0 or more (default: a third of --modes, 10 to 40)")
       ->type_name("N");
   mesh->add_option("--keep", command.keep,
                    "of basis characteristic: set whose nodes keep their dofs, so that only the rest is reduced; may be given more "

@@ -191,6 +191,13 @@ TEST(Scene, defaultsAreThoseOfTheContract) {
   EXPECT_TRUE(scene.components.at("a").reduction->interface_sets.empty());
 }
 
+TEST(Scene, aThirdAsManyShapesAsModesWithinBounds) {
+  EXPECT_EQ(default_shapes({}), 10);  // a cutoff or a tolerance: the number is not known yet
+  EXPECT_EQ(default_shapes(20), 10);
+  EXPECT_EQ(default_shapes(60), 20);
+  EXPECT_EQ(default_shapes(500), 40);
+}
+
 TEST(Scene, anchorsAndMergeKeysAreFollowed) {
   const TemporaryFolder folder;
   const Scene scene = read_text(folder,

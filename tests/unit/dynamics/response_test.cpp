@@ -34,7 +34,8 @@ std::shared_ptr<const ThinResponse> random_thin(Index n_nodes, std::mt19937& ran
   rows->F = std::make_shared<const Matrix>(root * root.transpose());
   auto S = std::make_shared<ThinResponse>();
   S->A = std::make_shared<const Matrix>(Matrix::NullaryExpr(2, 3 * n_nodes, any));
-  S->weight = Eigen::Vector2d(0.3, 1.7);
+  S->C = Matrix(Eigen::Vector2d(0.3, 1.7).asDiagonal());
+  S->C(0, 1) = S->C(1, 0) = 0.2;
   S->rows = rows;
   S->h = 0.25;
   return S;
@@ -124,7 +125,7 @@ TEST(Response, OfThinBodiesIsTheSumOfModesAndStatics) {
   const StaticRows& rows = *thin->rows;
   Matrix B = Matrix::Zero(21, rows.size());
   for (Index i = 0; i < rows.size(); ++i) B.col(i).segment<3>(3 * rows.node[i]) = rows.direction.row(i).transpose();
-  const Matrix modes = thin->A->transpose() * thin->weight.asDiagonal() * *thin->A, S = modes + B * *rows.F * B.transpose() / 0.25;
+  const Matrix modes = thin->A->transpose() * thin->C * *thin->A, S = modes + B * *rows.F * B.transpose() / 0.25;
   NodeResponse response;
   response.thin = thin;
   EXPECT_EQ(response.n_dofs(), 21);

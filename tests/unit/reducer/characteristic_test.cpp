@@ -174,6 +174,16 @@ std::string message_of(const Mesh& mesh, const ReductionOptions& options) {
   return refusal_of([&] { reduced(mesh, options); });
 }
 
+TEST(Characteristic, ByDefaultASmallInterfaceHasWhatShapesThereIsRoomFor) {
+  const Mesh mesh = skewed();
+  CharacteristicOptions options{40};
+  const Index c = craig_bampton(mesh, {"x_max"}, 10).c();
+  options.modes = c;  // more than there is room for
+  EXPECT_THROW(reduced(mesh, characteristic({"x_max"}, 10, options)), InputError);
+  options.is_default_modes = true;
+  EXPECT_EQ(reduced(mesh, characteristic({"x_max"}, 10, options)).k(), 10 + c - 1);
+}
+
 TEST(Characteristic, RefusesByName) {
   const Mesh mesh = skewed({3, 2, 2});
   const auto message = [&](const CharacteristicOptions& of) { return message_of(mesh, characteristic({"x_max"}, 3, of)); };
