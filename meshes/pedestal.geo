@@ -2,15 +2,15 @@
 // An ordinary part without fine features, of tetrahedra: a foot plate with an upright column and a
 // rib between them. Needs gmsh with OpenCASCADE (Debian's has it).
 //
-//   gmsh -3 pedestal.geo -o pedestal.msh                      tet10, 7247 nodes, 895 of them on the foot
+//   gmsh -3 pedestal.geo -o pedestal.msh                      tet10, 8937 nodes, 787 of them on the foot
 //   gmsh -3 pedestal.geo -setnumber size 9e-3 -o coarse.msh
 //
 // The foot's underside is z = 0; metres. Physical groups: volume `pedestal`; surfaces `foot` (the
 // underside), `top` (the column's end), `surface` (all of it).
 DefineConstant[ size = 5.4e-3, order = 2 ];
-DefineConstant[ lx = 80e-3, ly = 60e-3, thick = 14e-3 ];      // of the foot plate
-DefineConstant[ side = 30e-3, height = 60e-3 ];               // of the square column, with the plate
-DefineConstant[ rib = 12e-3, reach = 26e-3 ];                 // thickness of the rib, its way along x
+DefineConstant[ lx = 72e-3, ly = 55e-3, thick = 16e-3 ];      // of the foot plate
+DefineConstant[ side = 32e-3, height = 80e-3 ];               // of the square column, with the plate
+DefineConstant[ rib = 14e-3, reach = 22e-3 ];                 // thickness of the rib, its way along x
 
 SetFactory("OpenCASCADE");
 e = 1e-6;                                                     // slack of bounding boxes
@@ -40,5 +40,5 @@ Mesh.MeshSizeMin = size;
 Mesh.MeshSizeMax = size;
 Mesh.ElementOrder = order;
 Mesh.SecondOrderLinear = 1;
-Mesh.Algorithm3D = 10;
+Mesh.Algorithm3D = 1;
 Mesh.MshFileVersion = 4.1;
