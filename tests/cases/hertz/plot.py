@@ -17,9 +17,18 @@ INK, GREY = "#222222", "#999999"
 SHADES = ["#f2b57a", "#e07b00", "#7fc08f", "#2a9d4a", "#5b7fc7", "#1f3b73"]
 
 
+def largest_pressure(path):
+    """Over nodes and time, of runs that write it."""
+    fields = path.with_suffix(".fields.h5")
+    if not fields.exists():
+        return None
+    with h5py.File(fields) as f:
+        return max(f[f"steps/{i}/0/contact_pressure"][:].max() for i in range(len(f["steps"])))
+
+
 def load(path, reference):
     partner, kind, m = path.stem.split("-")
-    plane, share = partner == "plane", 1 if kind == "superelement" else 0.25
+    plane, share = partner == "plane", 0.25 if kind == "mesh" else 1
     with h5py.File(path) as f:
         t = f["time"][:]
         force = f["surfaces/a.contact/force"][:, 2] / share
@@ -27,6 +36,8 @@ def load(path, reference):
         if not plane:
             fall += f["instances/b/center_of_mass"][:, 2] - f["instances/b/center_of_mass"][0, 2]
         energy = f["energy/total"][-1] / f["energy/total"][0] - 1
+        contact = f["contact"]
+        radius = np.sqrt(contact[list(contact)[0]]["area"][:] / (np.pi * share))
         steps, seconds, dofs = int(f.attrs["steps"]), float(f.attrs["wall_seconds_steps"]), int(f.attrs["n_dofs"])
     begin = 1e-8 / SPEED
     last = np.nonzero(fall > 0)[0][-1]
@@ -38,6 +49,7 @@ def load(path, reference):
         "partner": partner, "kind": kind, "m": int(m), "t": middle - begin, "force": force[1:], "dofs": dofs, "steps": steps,
         "seconds": seconds, "approach": fall.max() / approach - 1, "duration": (end - begin) / duration - 1, "peak": force.max() / peak - 1,
         "rms": np.sqrt(np.sum(difference**2 * np.diff(t)) / duration) / peak, "energy": energy, "largest": (fall.max(), force.max(), end - begin),
+        "all_force": force, "radius": radius, "pressure": largest_pressure(path),
     }
 
 
@@ -72,9 +84,10 @@ def draw_partner(partner, runs, reference, top, bottom):
     for r, colour in zip([r for r in runs if r["kind"] == "mesh"], SHADES):
         top.plot(1e6 * r["t"], r["force"], color=colour, linewidth=1.4, label=f"a / h = {radius * r['m'] / 1e-3:.1f}")
         bottom.plot(1e6 * r["t"], error(r), color=colour, linewidth=1.2)
-    for r in [r for r in runs if r["kind"] == "superelement"][-1:]:
-        style = dict(color=INK, linestyle="none", marker="o", markersize=3, markerfacecolor="none")
-        top.plot(1e6 * r["t"][::6], r["force"][::6], label=f"superelement, {radius * r['m'] / 1e-3:.1f}", **style)
+    for kind, marker in (("superelement", "o"), ("shapes", "x")):
+        r = [r for r in runs if r["kind"] == kind][-1]
+        style = dict(color=INK, linestyle="none", marker=marker, markersize=3, markerfacecolor="none")
+        top.plot(1e6 * r["t"][::6], r["force"][::6], label=f"{kind}, {radius * r['m'] / 1e-3:.1f}", **style)
         bottom.plot(1e6 * r["t"][::6], error(r)[::6], **style)
     top.set_ylabel("contact force [N]")
     top.set_title("two steel balls of 10 mm, 1 m/s" if not plane else "the ball on a rigid plane", fontsize=10, loc="left")
@@ -113,6 +126,15 @@ def draw(runs, references, folder):
     fig.savefig(folder / "hertz.png", dpi=100)
 
 
+def against_all_dofs(shapes, runs):
+    """Few shapes of the patch and its statics against all of its dofs: what is off, its bound."""
+    full = next(r for r in runs if (r["partner"], r["kind"], r["m"]) == (shapes["partner"], "superelement", shapes["m"]))
+    force = np.sqrt(np.mean((shapes["all_force"] - full["all_force"])**2)) / full["all_force"].max()
+    radius = np.abs(shapes["radius"] - full["radius"]).max() * shapes["m"] / 1e-3
+    return [("force, rms", force, 0.01), ("largest pressure", abs(shapes["pressure"] / full["pressure"] - 1), 0.05),
+            ("contact radius, elements", radius, 1)]
+
+
 def check(runs):
     missed = 0
     for partner in ("ball", "plane"):
@@ -125,7 +147,10 @@ def check(runs):
         for r in runs:
             if r["partner"] != partner:
                 continue
-            figures.append((f"energy, {r['kind']} {r['m']}", abs(r["energy"]) < 1e-4, r["energy"]))
+            few = r["kind"] == "shapes"
+            figures.append((f"energy, {r['kind']} {r['m']}", abs(r["energy"]) < (3e-3 if few else 1e-4), r["energy"]))
+            for what, off, bound in against_all_dofs(r, runs) if few else []:
+                figures.append((f"shapes {r['m']}: {what}", off < bound, off))
             for full in meshes:
                 if r["kind"] == "superelement" and r["m"] == full["m"]:
                     gap = r["approach"] - full["approach"]
@@ -139,7 +164,8 @@ def check(runs):
 def main():
     folder = pathlib.Path(sys.argv[1])
     references = {"ball": finite_ball(False), "plane": finite_ball(True)}
-    runs = [load(path, references[path.stem.split("-")[0]]) for path in folder.glob("*-*-*.h5")]
+    runs = [load(path, references[path.stem.split("-")[0]]) for path in folder.glob("*-*-*.h5")
+            if not path.name.endswith(".fields.h5")]
     runs.sort(key=lambda r: (r["partner"], r["kind"], r["m"]))
     if "--check" in sys.argv:
         return check(runs)
