@@ -1,9 +1,33 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "common/left_out_blocks.hpp"
 
+#include <algorithm>
+
 #include "common/error.hpp"
 
 namespace cbr {
+namespace {
+
+// Nodesets with nodes that no solid has, such as a beam's, of whose elements a gmsh file leaves a nodeset.
+std::vector<std::string> loose_nodesets(const Mesh& mesh) {
+  std::vector<std::string> texts;
+  if (mesh.nodesets.empty()) return texts;
+  std::vector<char> is_of_solid(static_cast<std::size_t>(mesh.coordinates.rows()), 0);
+  for (const Block& block : mesh.blocks) {
+    if (dimension(block.type) != 3) continue;
+    for (const Index node : block.connectivity.reshaped()) is_of_solid[static_cast<std::size_t>(node)] = 1;
+  }
+  for (const Nodeset& set : mesh.nodesets) {
+    const auto loose = std::count_if(set.nodes.begin(), set.nodes.end(),
+                                     [&](Index node) { return is_of_solid[static_cast<std::size_t>(node)] == 0; });
+    if (loose > 0)
+      texts.push_back(set.name + " (" + std::to_string(loose) + " of its " + std::to_string(set.nodes.size()) +
+                      " nodes are of no solid)");
+  }
+  return texts;
+}
+
+}  // namespace
 
 void refuse_left_out_blocks(const Component& component, const Mesh& mesh) {
   const auto refuse = [&](const std::string& named, const Component::BlockOptions& options, Index n, const std::string& type) {
@@ -25,6 +49,7 @@ std::string left_out_blocks(const Mesh& mesh) {
   for (const Block& block : mesh.blocks)
     if (dimension(block.type) != 3)
       texts.push_back(block.name + " (" + std::to_string(block.connectivity.rows()) + " " + std::string(name(block.type)) + ")");
+  for (const std::string& text : loose_nodesets(mesh)) texts.push_back(text);
   return join(texts);
 }
 
@@ -32,12 +57,12 @@ void warn_of_left_out_blocks(const Component& component, const std::string& bloc
   if (blocks.empty()) return;
   for (const auto& [named, options] : component.blocks)
     if ((", " + blocks).find(", " + named + " (") != std::string::npos)
-      throw InputError(options.source.text() + ": components." + component.name + ".blocks." + named + ": of " + blocks +
-                       " nothing is computed with: only solids are in this version; take the block out of the scene");
+      throw InputError(options.source.text() + ": components." + component.name + ".blocks." + named + ": not computed with are " +
+                       blocks + ": only solids are in this version; take the block out of the scene");
   const std::string before = report.about();
   report.about("");
   report.warning("component '" + component.name + "': " + component.mesh.filename().string() + ": left out: " + blocks +
-                 ": shells are not computed with, their stiffness and mass are missing");
+                 ": only solids are computed with, and what else there is has no stiffness and no mass");
   report.about(before);
 }
 

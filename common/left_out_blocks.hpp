@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Shells of a mesh, which no program computes with in this version: told by all of them.
+// Shells and beams of a mesh, which no program computes with in this version: told by all of them.
 #pragma once
 
 #include <string>
@@ -13,13 +13,12 @@ namespace cbr {
 // What is wrong with a mesh of nothing else, and what to do.
 inline constexpr const char* no_volume_elements =
     "the mesh has no volume elements (hexes, tetrahedra, wedges, pyramids): there is nothing to compute; gmsh writes only what is "
-    "in "
-    "physical groups once there is one: add Physical Volume(\"part\") = {TAG}, and mesh with gmsh -3";
+    "in physical groups once there is one: add Physical Volume(\"part\") = {TAG}, and mesh with gmsh -3";
 
 // InputError when the scene gives a material or an element to such a block.
 void refuse_left_out_blocks(const Component& component, const Mesh& mesh);
 
-// "fin (25 quad4), web (12 tri3)"; empty when the mesh has none.
+// "fin (25 quad4), web (12 tri3), beam (11 of its 11 nodes are of no solid)"; empty when all is solid.
 std::string left_out_blocks(const Mesh& mesh);
 
 // Warns, by the component's name; `blocks`: as above, nothing is said when it is empty. InputError when the scene names one.

@@ -81,6 +81,17 @@ TEST_F(Words, ShellsAreNotedWithTheirCountAndRefusedWhereTheSceneNamesThem) {
     EXPECT_NE(text.find(part), std::string::npos) << text;
 }
 
+// gmsh's beams come as nodesets.
+TEST_F(Words, NodesetsOfNoSolidAreNotedLikeShells) {
+  Mesh mesh = read_mesh(path("box.msh"));
+  const Index n = mesh.coordinates.rows();
+  mesh.coordinates.conservativeResize(n + 2, 3);
+  mesh.coordinates.bottomRows(2) << 9, 9, 9, 10, 9, 9;
+  mesh.node_ids.insert(mesh.node_ids.end(), {90001, 90002});
+  mesh.nodesets.push_back({"beam", 77, {0, n, n + 1}});
+  EXPECT_EQ(left_out_blocks(mesh), "beam (2 of its 3 nodes are of no solid)");
+}
+
 TEST_F(Words, AStaleFileTellsWhichOptionDiffers) {
   reduce(scene("box.msh", "4"));
   const Scene now = read_scene(scene("box.msh", "5"));
