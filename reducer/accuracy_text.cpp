@@ -87,9 +87,6 @@ std::string left_out_text(const Superelement& s) {
       format_text("  left out     modes miss %.2g %% of the interior's strain energy under acceleration (aim: below %g %%",
                   100 * a.largest_left_out, 100 * (a.tolerance > 0 ? a.tolerance : much_left_out));
   text += a.tolerance > 0 ? ", the tolerance)" : ")";
-  if (!a.surfaces.empty())
-    text += "; where a pressure sets the part going: " +
-            of_surfaces(s, "%.2g %%", [](const auto& of) { return 100 * of.strain_left_out; });
   if (a.tolerance == 0 && a.largest_left_out > much_left_out)
     text += std::string("; more modes lower it") + (s.has_interface_matrices() ? ", tolerance picks them" : "");
   return text;
@@ -151,6 +148,10 @@ std::vector<SummaryLine> accuracy_lines(const Superelement& s) {
                      of_surfaces(s, "%.1f %%", [](const auto& of) { return 100 * of.impact; }) +
                      " (good: below 5 %; warned of above 20 %)"});
   lines.push_back({left_out_text(s)});
+  if (!a.surfaces.empty())
+    lines.push_back({"left out of the motion that a pressure sets going: " +
+                         of_surfaces(s, "%.2g %%", [](const auto& of) { return 100 * of.strain_left_out; }),
+                     true});
   lines.push_back(
       {format_text("left out along x %.2e  y %.2e  z %.2e, about x %.2e  y %.2e  z %.2e", a.strain_left_out(0),
                    a.strain_left_out(1), a.strain_left_out(2), a.strain_left_out(3), a.strain_left_out(4), a.strain_left_out(5)),

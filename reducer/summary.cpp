@@ -18,6 +18,7 @@ namespace {
 constexpr double large_residual_mass = 0.2;
 // Of a moment of inertia, what lumping may add without a remark.
 constexpr double much_excess = 0.01;
+constexpr double same_inertia = 1e-6;  // share
 
 Index fixed_modes(const Superelement& s, const ReductionFigures& figures) {
   return s.is_characteristic() ? figures.characteristic.n_fixed : s.k() - s.n_residual;
@@ -157,8 +158,9 @@ void say_rigid_body(const RigidBody& b, const ComponentMass& mass, Report& repor
   const bool lumped = mass.kind == MassKind::lumped;
   report.line(format_text("  mass         %.9g, centre (%.6g, %.6g, %.6g), ", b.mass, b.center(0), b.center(1), b.center(2)) +
               (lumped ? "lumped at the nodes" : "consistent"));
-  report.line("  inertia      " + inertia_text(b.inertia) + (lumped ? " (of the lumped mass)" : " (that of the geometry)"));
-  if (!lumped) return;
+  const bool is_geometrys = !lumped || excess(b, mass.geometry) < same_inertia;
+  report.line("  inertia      " + inertia_text(b.inertia) + (is_geometrys ? " (that of the geometry)" : " (of the lumped mass)"));
+  if (is_geometrys) return;
   report.line("  geometry     " + inertia_text(mass.geometry.inertia) +
               format_text(": lumping adds up to %.2g %%", 100 * excess(b, mass.geometry)));
   if (excess(b, mass.geometry) > much_excess)
