@@ -51,7 +51,8 @@ std::string component_text(const Scene& scene, const Component& component) {
                                                    options.element.value_or(component.element));
     if (properties != all_blocks) text += "block " + counted(block) + " " + properties + "\n";
   }
-  return text + "mass " + word_of(mass_words, component.mass) + "\n";
+  // Files of before `auto` hold lumped mass: those that it does not suit are told by their provenance, is_of_other_mass().
+  return text + "mass " + word_of(mass_words, component.mass ? component.mass : MassKind::lumped) + "\n";
 }
 
 // Each name once, in any order.

@@ -84,7 +84,7 @@ struct Component {
   };
   std::map<std::string, BlockOptions> blocks;
   Hex8Formulation element = Hex8Formulation::incompatible;
-  MassKind mass = MassKind::lumped;
+  std::optional<MassKind> mass;  // not given: by use and element, common/component_mass.hpp
   std::optional<ReductionOptions> reduction;
   SourceLine source;
 };

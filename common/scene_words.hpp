@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cassert>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -17,7 +18,8 @@ using Words = std::vector<std::pair<std::string, Value>>;
 inline const Words<Hex8Formulation> hex8_words = {{"hex8", Hex8Formulation::full},
                                                   {"hex8-incompatible", Hex8Formulation::incompatible},
                                                   {"hex8-hourglass", Hex8Formulation::hourglass}};
-inline const Words<MassKind> mass_words = {{"lumped", MassKind::lumped}, {"consistent", MassKind::consistent}};
+inline const Words<std::optional<MassKind>> mass_words = {
+    {"auto", std::nullopt}, {"lumped", MassKind::lumped}, {"consistent", MassKind::consistent}};
 inline const Words<InstanceKind> instance_words = {{"superelement", InstanceKind::superelement}, {"mesh", InstanceKind::mesh}};
 inline const Words<Enforcement> enforcement_words = {
     {"impulse", Enforcement::impulse}, {"penalty", Enforcement::penalty}, {"nodal", Enforcement::nodal}};

@@ -5,6 +5,7 @@
 #include <sstream>
 #include <vector>
 
+#include "common/component_mass.hpp"
 #include "common/error.hpp"
 #include "common/hdf5_file.hpp"
 #include "common/number_text.hpp"
@@ -90,12 +91,21 @@ void compare_blocks(const Scene& scene, const Component& component, const Proven
   }
 }
 
+// What the scene wants of the elements that the file was made of.
+MassKind wanted_mass(const Component& component, const Provenance& file) {
+  if (component.mass) return *component.mass;
+  const bool spoilt = std::any_of(file.begin(), file.end(), [](const auto& item) {
+    return item.first.starts_with("block ") && item.first.ends_with(": element") && is_spoilt_by_lumping(item.second);
+  });
+  return spoilt ? MassKind::consistent : MassKind::lumped;
+}
+
 }  // namespace
 
-Provenance option_provenance(const Component& component) {
+Provenance option_provenance(const Component& component, MassKind mass) {
   const ReductionOptions& reduction = *component.reduction;
   Provenance p;
-  p["mass"] = word_of(mass_words, component.mass);
+  p["mass"] = word_of(mass_words, std::optional(mass));
   if (reduction.is_massless()) p["massless_modes"] = reduction.massless_modes;
   if (reduction.is_characteristic()) add(reduction.characteristic, p);
   p["interface"] = join(reduction.interface_sets);
@@ -112,7 +122,7 @@ Provenance option_provenance(const Component& component) {
 
 std::string stale_text(const Scene& scene, const Component& component) try {
   const Hdf5Reader reader(component.reduction->superelement);
-  const Provenance file = provenance_of(reader), now = option_provenance(component);
+  const Provenance file = provenance_of(reader), now = option_provenance(component, wanted_mass(component, file));
   if (file.empty()) return "the file does not tell what it was made from";
   Differences differences;
   if (reader.has_attribute("/", "basis")) differences.add("basis", reader.read_string("/", "basis"), component.reduction->basis);
@@ -126,6 +136,14 @@ std::string stale_text(const Scene& scene, const Component& component) try {
   return differences.text().empty() ? "what contact and supports ask of its interface has changed" : differences.text();
 } catch (const InputError&) {
   return "the file cannot be read";
+}
+
+bool is_of_other_mass(const Component& component) try {
+  const Provenance file = provenance_of(Hdf5Reader(component.reduction->superelement));
+  const std::string found = value(file, "mass");
+  return !found.empty() && found != word_of(mass_words, std::optional(wanted_mass(component, file)));
+} catch (const InputError&) {
+  return false;
 }
 
 bool lacks_face_centres(const std::filesystem::path& superelement) {

@@ -6,6 +6,7 @@
 #include <map>
 #include <ostream>
 
+#include "common/component_mass.hpp"
 #include "common/error.hpp"
 #include "common/hdf5_file.hpp"
 #include "common/left_out_blocks.hpp"
@@ -113,9 +114,11 @@ bool has_loads(const Superelement& s, const std::vector<std::string>& sets) {
 }
 
 // Unchanged inputs, and the diagonal form there or not as it would be now.
-bool is_up_to_date(const ReductionOptions& reduction, const std::string& hash, const std::vector<std::string>& loads,
+bool is_up_to_date(const Component& component, const std::string& hash, const std::vector<std::string>& loads,
                    Index diagonal_limit) {
-  if (read_content_hash(reduction.superelement) != hash || lacks_face_centres(reduction.superelement)) return false;
+  const ReductionOptions& reduction = *component.reduction;
+  if (read_content_hash(reduction.superelement) != hash || is_of_other_mass(component)) return false;
+  if (lacks_face_centres(reduction.superelement)) return false;
   try {
     const bool group = is_superelement_group(reduction.superelement);
     const SuperelementParts light = {false, true, false};
@@ -129,7 +132,7 @@ bool is_up_to_date(const ReductionOptions& reduction, const std::string& hash, c
 
 std::map<std::string, std::string> provenance(const Component& component, const std::vector<BlockProperties>& properties,
                                               const Mesh& mesh) {
-  std::map<std::string, std::string> p = option_provenance(component);
+  std::map<std::string, std::string> p = option_provenance(component, mass_of_superelement(component, mesh));
   p["mesh"] = component.mesh.filename().string();
   p["mesh_hash"] = file_hash(component.mesh);
   for (std::size_t b = 0; b < mesh.blocks.size(); ++b) {
@@ -167,12 +170,13 @@ class Reducer {
     const std::string hash = content_hash(scene, component);
     loads_ = load_sets(scene, component);
     needs_ = interface_needs(scene, component);
-    if (!command_.force && is_up_to_date(reduction, hash, loads_, settings_.diagonal_limit)) {
+    if (!command_.force && is_up_to_date(component, hash, loads_, settings_.diagonal_limit)) {
       warn_of_left_out_blocks(component, left_out_in(reduction.superelement), report_);
       report_.line(component.name + ": " + reduction.superelement.string() + " is up to date: nothing to do");
       return;
     }
-    const auto [twin, is_new] = done_.emplace(hash + " " + join(loads_), reduction.superelement);
+    const auto [twin, is_new] =
+        done_.emplace(hash + " " + word_of(mass_words, component.mass) + " " + join(loads_), reduction.superelement);
     if (!is_new) {
       write_copy(twin->second, reduction.superelement);
       report_.line(component.name + ": the same as " + twin->second.string() + ", copied to " + reduction.superelement.string());
@@ -192,7 +196,7 @@ class Reducer {
     }
     const std::vector<BlockProperties> properties = block_properties(scene, component, mesh);
     warn_of_left_out_blocks(component, left_out_blocks(mesh), report_);
-    mass_ = {component.mass, rigid_body_of_geometry(mesh, properties)};
+    mass_ = {mass_of_superelement(component, mesh), rigid_body_of_geometry(mesh, properties)};
     const auto p = provenance(component, properties, mesh);
     inputs.check();
     refuse_loads_inside(mesh, *component.reduction, loads_, takes_loads_in(*component.reduction));
@@ -210,14 +214,14 @@ class Reducer {
     ReductionOptions options = *component.reduction;
     options.loads = takes_loads_in(options) ? loads_ : std::vector<std::string>();
     options.characteristic.needs = needs_;
-    Superelement s = reduce(mesh, properties, component.mass, options, settings_, report_, &figures);
+    Superelement s = reduce(mesh, properties, mass_.kind, options, settings_, report_, &figures);
     finish(std::move(s), figures, component, hash, provenance);
   }
 
   void make_group(const Mesh& mesh, const std::vector<BlockProperties>& properties, const Component& component,
                   const std::string& hash, const std::map<std::string, std::string>& provenance) {
     GroupFigures figures;
-    SuperelementGroup group = reduce_domains(mesh, properties, component.mass, *component.reduction, settings_, report_, &figures);
+    SuperelementGroup group = reduce_domains(mesh, properties, mass_.kind, *component.reduction, settings_, report_, &figures);
     const std::optional<Vector3> rho = residual_mass_share(group, component_interface(mesh, component.reduction->interface_sets));
     summarise_domains(group, figures, rho, report_);
     if (component.reduction->has_second_reduction()) {

@@ -97,7 +97,9 @@ void add_reduce_options(CLI::App& app, ReduceCommand& command) {
   mesh->add_option("--poissons-ratio", command.poissons_ratio, "between -1 and 0.5")->type_name("NU");
   mesh->add_option("--density", command.density, "mass per volume")->type_name("RHO");
   mesh->add_option("--element", command.element, "hex8-incompatible (default), hex8 or hex8-hourglass")->type_name("WORD");
-  mesh->add_option("--mass", command.mass, "lumped (default) or consistent")->type_name("WORD");
+  mesh->add_option("--mass", command.mass,
+                   "auto (default: consistent for hex20 and tet10, lumped for others), lumped or consistent")
+      ->type_name("WORD");
   mesh->add_option("--basis", command.basis,
                    "craig-bampton (default); massless: modes with all the mass and an interface without any; or characteristic: an "
                    "interface of few shapes")
@@ -175,7 +177,8 @@ Scene scene_of_mesh(const ReduceCommand& command) {
         number_in("--density", command.density, 0, INFINITY, "a positive number")};
   }
   if (!command.element.empty()) component.element = parse_hex8_formulation(command.element);
-  component.mass = word_in("--mass", command.mass, {"lumped", "consistent"}) == "lumped" ? MassKind::lumped : MassKind::consistent;
+  const std::string mass = word_in("--mass", command.mass, {"auto", "lumped", "consistent"});
+  if (mass != "auto") component.mass = mass == "lumped" ? MassKind::lumped : MassKind::consistent;
   if (command.interface_sets.empty()) throw InputError("--interface is missing: name the sideset or nodeset whose nodes are kept");
   if (!command.modes && !command.cutoff_hz && !command.tolerance)
     throw InputError("--modes, --cutoff-hz or --tolerance is missing: how many modes are kept?");

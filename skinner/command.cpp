@@ -36,7 +36,8 @@ void warn_of_stale_superelements(const Scene& scene, Report& report) {
       return instance.as == InstanceKind::superelement && instance.component == its_name;
     });
     if (!used || !component.reduction || !std::filesystem::exists(component.reduction->superelement)) continue;
-    if (read_content_hash(component.reduction->superelement) == content_hash(scene, component)) continue;
+    if (read_content_hash(component.reduction->superelement) == content_hash(scene, component) && !is_of_other_mass(component))
+      continue;
     report.warning(component.source.text() + ": component '" + name + "': the superelement " +
                    component.reduction->superelement.string() +
                    " was not made from the present mesh, materials and reduction options (" + stale_text(scene, component) +

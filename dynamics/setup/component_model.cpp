@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "common/component_mass.hpp"
 #include "common/connected_parts.hpp"
 #include "common/error.hpp"
 #include "common/format_text.hpp"
@@ -28,7 +29,7 @@ void require_current(const Scene& scene, const Component& component, const Reduc
   if (!std::filesystem::exists(reduction.superelement)) throw InputError(where + " does not exist" + cure);
   const std::string hash = read_content_hash(reduction.superelement);
   if (hash.empty()) read_superelement(reduction.superelement);  // says what is wrong with a damaged or foreign file
-  if (hash != content_hash(scene, component))
+  if (hash != content_hash(scene, component) || is_of_other_mass(component))
     throw InputError(where + " was not made from the present mesh, materials and reduction options (" +
                      stale_text(scene, component) + ")" + cure);
   if (lacks_face_centres(reduction.superelement))
@@ -312,6 +313,15 @@ ReducedComponent read_reduced(const SceneIndex& index, const Component& componen
   return reduced;
 }
 
+// Of one component, by default.
+void warn_of_two_masses(const Scene& scene, const Component& component, const Mesh& mesh, Report& report) {
+  if (instances_of(scene, component, InstanceKind::superelement).empty()) return;
+  if (mass_of_mesh(component) == mass_of_superelement(component, mesh)) return;
+  report.warning("component '" + component.name +
+                 "': the mass of its mesh is lumped and that of its superelement consistent, as is the default: give the component "
+                 "mass: lumped, or consistent, to compare the two");
+}
+
 MeshedComponent read_meshed(const Scene& scene, const Component& component, Report& report) {
   MeshedComponent meshed;
   {
@@ -322,8 +332,9 @@ MeshedComponent read_meshed(const Scene& scene, const Component& component, Repo
   const auto phase = report.phase("setup");
   meshed.properties = block_properties(scene, component, *meshed.mesh);
   warn_of_left_out_blocks(component, left_out_blocks(*meshed.mesh), report);
+  warn_of_two_masses(scene, component, *meshed.mesh, report);
   const auto fe = std::make_shared<FiniteElementModel>(
-      naming(component.mesh, [&] { return assemble(*meshed.mesh, meshed.properties, component.mass); }));
+      naming(component.mesh, [&] { return assemble(*meshed.mesh, meshed.properties, mass_of_mesh(component)); }));
   meshed.fe = fe;
   if (const std::string text = unjoined_parts(*meshed.mesh, *fe, connected_parts(*meshed.mesh, *fe)); !text.empty())
     report.warning("component '" + component.name + "': " + text);
@@ -333,7 +344,7 @@ MeshedComponent read_meshed(const Scene& scene, const Component& component, Repo
   if (std::any_of(instances.begin(), instances.end(),
                   [&](const Instance* i) { return coordinates_of_mesh(scene, *i, *meshed.geometry) == Coordinates::nodal; }))
     meshed.model = std::make_shared<MeshModel>(naming(component.mesh, [&] {
-      return component.mass == MassKind::lumped
+      return mass_of_mesh(component) == MassKind::lumped
                  ? mesh_model(*fe, meshed.geometry->coordinates, true, MeshForces(*fe, *meshed.mesh, meshed.properties))
                  : mesh_model(*fe, meshed.geometry->coordinates, false);
     }));

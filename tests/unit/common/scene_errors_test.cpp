@@ -105,7 +105,7 @@ const std::vector<Mistake> mistakes = {
     {"    element: hex8-hourglass",
      "    element: hex8-hourglas",
      {"impact.yaml:11: components.block.element: unknown value 'hex8-hourglas', did you mean 'hex8-hourglass'? allowed: hex8"}},
-    {"mass: consistent", "mass: heavy", {"allowed: lumped, consistent"}},
+    {"mass: consistent", "mass: heavy", {"allowed: auto, lumped, consistent"}},
     {"basis: craig-bampton",
      "basis: characteristic\n      characteristic: {statics: []}",
      {"components.block.reduction.characteristic.statics: is empty, expected sidesets of the interface, or none"}},

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Which mass a superelement has where the scene does not say, and that it is the nearer one: docs/decisions/mass.md.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include "common/component_mass.hpp"
+#include "common/mesh/mesh.hpp"
+#include "common/staleness.hpp"
+#include "common/superelement.hpp"
+#include "reducer/command.hpp"
+#include "reducer/geometry_body.hpp"
+#include "reducer/reduce.hpp"
+#include "tests/unit/common/elements/box_mesh.hpp"
+
+namespace cbr::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A bar with the sideset x_max.
+Mesh bar(ElementType type, const std::array<Index, 3>& cells) {
+  Mesh mesh = box_mesh(type, cells, Vector3(0.2, 0.04, 0.03));
+  Sideset end{"x_max", 1, {}};
+  const auto is_at_end = [&](Index node) { return mesh.coordinates(node, 0) > 0.2 - 1e-9; };
+  for (Index e = 0; e < mesh.blocks[0].connectivity.rows(); ++e)
+    for (int side = 1; side <= n_sides(type); ++side) {
+      const std::vector<Index> nodes = nodes_of_side(mesh, {0, e, side});
+      if (std::all_of(nodes.begin(), nodes.end(), is_at_end)) end.sides.push_back({0, e, side});
+    }
+  mesh.sidesets = {end};
+  return mesh;
+}
+
+const Material steel = {.youngs_modulus = 2.1e11, .poissons_ratio = 0.3, .density = 7850};
+
+class DefaultMass : public testing::Test {
+ protected:
+  DefaultMass() : folder_(fs::temp_directory_path() / ("cbr-default-mass-" + std::to_string(::getpid()))) {
+    fs::create_directories(folder_);
+  }
+  ~DefaultMass() override { fs::remove_all(folder_); }
+
+  fs::path file(const std::string& name) const { return folder_ / name; }
+
+  // Of components by name, each with options such as "mass: lumped, ".
+  std::string scene(const std::string& mesh, const std::map<std::string, std::string>& components) const {
+    std::ofstream out(file("scene.yaml"));
+    out << "materials: {steel: {youngs_modulus: 2.1e11, poissons_ratio: 0.3, density: 7850}}\ncomponents:\n";
+    for (const auto& [name, options] : components)
+      out << "  " << name << ": {mesh: " << mesh << ", material: steel, " << options
+          << "reduction: {interface: [x_max], modes: 4}}\n";
+    out << "instances:\n";
+    for (const auto& [name, options] : components) out << "  of_" << name << ": {component: " << name << ", as: superelement}\n";
+    out << "time: {end: 1.0e-5}\n";
+    return file("scene.yaml").string();
+  }
+
+  static std::string reduce(const std::string& input) {
+    ReduceCommand command;
+    command.input = input;
+    Report report("cbr-reduce", Verbosity::quiet);
+    std::ostringstream scene;
+    run_reduce(command, &scene, report);
+    return scene.str();
+  }
+
+  std::string mass_of(const std::string& component) const {
+    return read_superelement(file(component + ".cbr.h5")).provenance.at("mass");
+  }
+
+  const fs::path folder_;
+};
+
+TEST_F(DefaultMass, IsConsistentOfTheElementsThatLumpingSpoils) {
+  for (const ElementType type : volume_types) {
+    const Mesh mesh = bar(type, {4, 1, 1});
+    write_mesh(mesh, file("bar.exo"));
+    const std::string completed = reduce(scene("bar.exo", {{"bar", ""}}));
+    const bool spoilt = type == ElementType::hex20 || type == ElementType::tet10;
+    EXPECT_EQ(mass_of("bar"), spoilt ? "consistent" : "lumped") << name(type);
+    EXPECT_NE(completed.find("mass: auto"), std::string::npos) << completed;
+    const Matrix3 own = read_superelement(file("bar.cbr.h5")).rigid_body.inertia;
+    const Matrix3 geometry = rigid_body_of_geometry(mesh, {{steel, {}}}).inertia;
+    if (spoilt) {
+      EXPECT_LT((own - geometry).norm(), 1e-10 * geometry.norm()) << name(type);
+    }
+    EXPECT_EQ(mass_of_mesh(read_scene(file("scene.yaml").string()).components.at("bar")), MassKind::lumped);
+  }
+}
+
+TEST_F(DefaultMass, GivesWayToTheScenes) {
+  write_mesh(bar(ElementType::hex20, {4, 1, 1}), file("bar.exo"));
+  reduce(scene("bar.exo", {{"bar", ""}, {"light", "mass: lumped, "}, {"same", "mass: auto, "}}));
+  EXPECT_EQ(mass_of("bar"), "consistent");
+  EXPECT_EQ(mass_of("light"), "lumped");
+  EXPECT_EQ(mass_of("same"), "consistent");
+}
+
+// A file of the other mass, as of before there was a default by element, is made anew, and the difference is told.
+TEST_F(DefaultMass, OfAnOlderFileIsNoticed) {
+  write_mesh(bar(ElementType::tet10, {3, 1, 1}), file("bar.exo"));
+  reduce(scene("bar.exo", {{"bar", "mass: lumped, "}}));
+  const Scene now = read_scene(scene("bar.exo", {{"bar", ""}}));
+  EXPECT_TRUE(is_of_other_mass(now.components.at("bar")));
+  EXPECT_EQ(stale_text(now, now.components.at("bar")), "mass: lumped in the file, consistent in the scene");
+  reduce(file("scene.yaml").string());
+  EXPECT_EQ(mass_of("bar"), "consistent");
+  EXPECT_FALSE(is_of_other_mass(now.components.at("bar")));
+  write_mesh(bar(ElementType::hex8, {3, 1, 1}), file("bar.exo"));
+  reduce(scene("bar.exo", {{"bar", "mass: lumped, "}}));
+  const Scene linear = read_scene(scene("bar.exo", {{"bar", ""}}));
+  EXPECT_FALSE(is_of_other_mass(linear.components.at("bar"))) << "the same numbers";
+}
+
+// Six lowest elastic frequencies of the free mesh, rad/s.
+Vector frequencies(ElementType type, const std::array<Index, 3>& cells, MassKind mass) {
+  ReductionOptions options;
+  options.basis = "massless";
+  options.interface_sets = {"x_max"};
+  options.modes = 8;
+  Report report("test", Verbosity::quiet);
+  const Superelement s = cbr::reduce(bar(type, cells), {{steel, {}}}, mass, options, {}, report);
+  return s.eigenvalues.segment(6, 6).cwiseSqrt();
+}
+
+TEST(MassOfElements, ConsistentIsAtLeastTwiceAsNearWhereItIsTheDefault) {
+  const Vector reference = frequencies(ElementType::hex20, {16, 4, 3}, MassKind::consistent);
+  const auto error = [&](ElementType type, const std::array<Index, 3>& cells, MassKind mass) {
+    return (frequencies(type, cells, mass).array() / reference.array() - 1).abs().maxCoeff();
+  };
+  struct Case {
+    ElementType type;
+    std::array<Index, 3> cells;
+  };
+  for (const auto& [type, cells] : {Case{ElementType::hex20, {8, 2, 1}}, Case{ElementType::tet10, {10, 2, 2}}}) {
+    const double lumped = error(type, cells, MassKind::lumped), consistent = error(type, cells, MassKind::consistent);
+    std::printf("%s: six lowest frequencies, lumped off by %.4f, consistent by %.4f\n", std::string(name(type)).c_str(), lumped,
+                consistent);
+    EXPECT_LT(2 * consistent, lumped) << name(type);
+  }
+}
+
+}  // namespace
+}  // namespace cbr::test
