@@ -65,7 +65,7 @@ void warn_of_residual_mass(const Vector3& rho, const Superelement& s, Report& re
 
 void say_residual_mass(const Vector3& rho, const Superelement& s, Report& report) {
   report.line(format_text(
-      "  rho_res      x %.3f  y %.3f  z %.3f: share of a body's energy of motion along x, y, z that is lost when its whole "
+      "  rho_res      x %.4f  y %.4f  z %.4f: share of a body's energy of motion along x, y, z that is lost when its whole "
       "interface stops at once (good: below 0.05)",
       rho(0), rho(1), rho(2)));
   warn_of_residual_mass(rho, s, report);
