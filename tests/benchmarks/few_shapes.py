@@ -59,6 +59,11 @@ def file_of(row):
     return "run-" + row.replace(" ", "-")
 
 
+def superelement_of(row):
+    """Friction asks for other statics."""
+    return ROWS[row][0] + ("-rubs" if ROWS[row][1] else "")
+
+
 def results_of(file, slides):
     with h5py.File(file) as f:
         momentum = [f[f"instances/{name}/momentum"][:, 0] for name in ("left", "right")]
@@ -75,15 +80,16 @@ def reduce_all(settings, wanted, folder, say):
     for row in wanted:
         name, friction, along, _ = ROWS[row]
         interface, reduction = REDUCTIONS[name]
+        reduced = superelement_of(row)
         if settings.smoke:
             reduction = reduction.replace("modes: 20", "modes: 5").replace("modes: 40", "modes: 8")
-        scene = SCENE.format(interface=interface, reduction=reduction, superelement=f"{name}.cbr.h5", speed=t1.SPEED, along=along, friction=friction, end=t1.END)
+        scene = SCENE.format(interface=interface, reduction=reduction, superelement=f"{reduced}.cbr.h5", speed=t1.SPEED, along=along, friction=friction, end=t1.END)
         (folder / f"{file_of(row)}.yaml").write_text(scene)
-        if name not in columns:
-            say(f"  {name}: reduction")
+        if reduced not in columns:
+            say(f"  {reduced}: reduction")
             table = run(settings.bin, "cbr-reduce", f"{file_of(row)}.yaml", "--force", folder=folder)
-            columns[name] = {"interface": interface.replace(",", " and"), "reduction_s": table["phase"]["total"],
-                             "file_bytes": (folder / f"{name}.cbr.h5").stat().st_size}
+            columns[reduced] = {"interface": interface.replace(",", " and"), "reduction_s": table["phase"]["total"],
+                             "file_bytes": (folder / f"{reduced}.cbr.h5").stat().st_size}
     return columns
 
 
@@ -100,7 +106,7 @@ def measure(settings, say=print):
     for row, tables in results.items():
         name, friction, along, rival = ROWS[row]
         count, seconds = tables[0]["count"], median(tables, "phase", "steps")
-        rows.append({"row": row, "friction": friction, **reduced[name], "n": count["dofs"] / 2, "steps": count["steps"], "stepping_s": seconds,
+        rows.append({"row": row, "friction": friction, **reduced[superelement_of(row)], "n": count["dofs"] / 2, "steps": count["steps"], "stepping_s": seconds,
                      **results_of(folder / f"{file_of(row)}.h5", along != 0)})
         if rival in results:
             rows[-1]["against_frictionless"] = seconds / median(results[rival], "phase", "steps")
