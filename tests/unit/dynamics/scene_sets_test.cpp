@@ -11,6 +11,7 @@
 #include "reducer/command.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/scene_run.hpp"
+#include "tests/unit/common/elements/box_mesh.hpp"
 
 namespace cbr::test {
 namespace {
@@ -127,6 +128,30 @@ TEST_F(SceneSets, SetsThatAreNotThereAreRefusedBeforeMatricesAreRead) {
   expect_in(refused_by_dyn(yaml), {"part.cbr.h5", "missing"});
   expect_in(refused_by_dyn(yaml + "output: {every: 0.01, history: [a.y_max]}\n"),
             {"scene.yaml:5", "no surface or node set 'y_max'"});
+}
+
+// By default a superelement of tet10 has consistent mass, and the full mesh lumped.
+TEST_F(SceneSets, AComponentOfTwoMassesIsTold) {
+  Mesh mesh = box_mesh(ElementType::tet10, {3, 1, 1}, Vector3(3, 1, 1));
+  Nodeset end{"x_max", 1, {}};
+  for (Index i = 0; i < mesh.coordinates.rows(); ++i)
+    if (mesh.coordinates(i, 0) > 2.9) end.nodes.push_back(i);
+  mesh.nodesets = {end};
+  folder_.add("part.exo", mesh);
+  const auto told = [&](const std::string& mass) {
+    const std::string yaml =
+        "materials: {m: {youngs_modulus: 1.0e4, poissons_ratio: 0.3, density: 1}}\n"
+        "components: {part: {mesh: part.exo, material: m, " +
+        mass +
+        "reduction: {interface: [x_max], modes: 8}}}\n"
+        "instances: {a: {component: part, as: superelement}, b: {component: part, as: mesh}}\n";
+    EXPECT_EQ(refused_by_reduce(yaml + run_time), "no InputError");
+    testing::internal::CaptureStderr();
+    EXPECT_EQ(refused_by_dyn(yaml + run_time), "no InputError");
+    return testing::internal::GetCapturedStderr();
+  };
+  expect_in(told(""), {"component 'part'", "its mesh is lumped and that of its superelement consistent", "mass: lumped"});
+  EXPECT_EQ(told("mass: lumped, ").find("its mesh is lumped"), std::string::npos);
 }
 
 }  // namespace
