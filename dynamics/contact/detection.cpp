@@ -5,70 +5,24 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <span>
 #include <vector>
 
-#include "dynamics/contact/face_slabs.hpp"
 #include "dynamics/contact/hollow_corners.hpp"
+#include "dynamics/contact/kept_candidates.hpp"
+#include "dynamics/contact/pair_projection.hpp"
 #include "dynamics/contact/surface_geometry.hpp"
 
 namespace cbr {
 namespace {
 
-// Slabs of the master faces in this step, each made when a node first asks for it.
-class SlabCache {
- public:
-  void start(Index n_faces) {
-    slabs_.resize(static_cast<std::size_t>(n_faces));
-    is_made_.assign(static_cast<std::size_t>(n_faces), 0);
-  }
-  const FaceSlab& of(const ContactSurface& master, const ContactBody& body, Index face, double edge) {
-    const auto f = static_cast<std::size_t>(face);
-    if (!is_made_[f]) {
-      slabs_[f] = face_slab(corners(master, face, body.start), corners(master, face, body.end), is_triangle(master, face), edge);
-      is_made_[f] = 1;
-    }
-    return slabs_[f];
-  }
-
- private:
-  std::vector<FaceSlab> slabs_;
-  std::vector<char> is_made_;
-};
-
 struct Step : DetectionStep {
   const ContactSurface& slave;
   const ContactBody& slave_body;
   bool initial;
-  Vector3 drift;  // mean motion of the master surface: boxes are swept by relative motion only
-  SlabCache& slabs;
+  CandidateSearch search;
 };
-
-Box swept(const Vector3& start, const Vector3& end) { return {start.cwiseMin(end), start.cwiseMax(end)}; }
-
-void fill_boxes(const Step& step, PairMemory& memory) {
-  memory.node_boxes.resize(step.slave.nodes.size());
-  for (std::size_t i = 0; i < step.slave.nodes.size(); ++i) {
-    const Index node = step.slave.nodes[i];
-    memory.node_boxes[i] =
-        swept(step.slave_body.start.row(node).transpose() + step.drift, step.slave_body.end.row(node).transpose());
-  }
-  const Index n_faces = step.master.faces.rows();
-  memory.face_boxes.resize(n_faces);
-  for (Index f = 0; f < n_faces; ++f) {
-    Box box{Vector3::Constant(HUGE_VAL), Vector3::Constant(-HUGE_VAL)};
-    for (int a = 0; a < 4; ++a) {
-      const Index node = step.master.faces(f, a);
-      const Box corner =
-          swept(step.master_body.start.row(node).transpose() + step.drift, step.master_body.end.row(node).transpose());
-      box.lower = box.lower.cwiseMin(corner.lower), box.upper = box.upper.cwiseMax(corner.upper);
-    }
-    // A node off the edge of a long face, or beyond a sharp corner, by a share of the face may be far from it beside its size
-    const double depth = std::max(memory.depth, step.options.late_depth * step.master.sizes[f]);
-    const Vector3 margin = Vector3::Constant(std::max(step.reach, depth)) + step.options.overhang() * (box.upper - box.lower);
-    memory.face_boxes[f] = {box.lower - margin, box.upper + margin};
-  }
-}
 
 // Whether a node that is behind a face at the start of the step is to be held by it. Beside an edge of a body a node is behind the
 // faces of both sides: the one that it neither touched nor lies under is not to push it out.
@@ -98,21 +52,50 @@ bool passes_through(const FaceCorners& start, const FaceCorners& end, bool trian
   return outside <= edge;
 }
 
+// Whether a node is beside the face all the time, told from where it starts and ends. Between these
+// its way over the face bends by a small share of its length.
+bool stays_beside(const PairProjection& found, double edge) {
+  const FacePlace &from = found.before.place, &to = found.end.place;
+  const double way = std::abs(to.xi - from.xi) + std::abs(to.eta - from.eta);
+  const double most = 1 + 2 * edge + 0.1 * way;
+  const auto is_beyond = [&](double a, double b) { return std::max(a, b) < -most || std::min(a, b) > most; };
+  return way < 0.5 && (is_beyond(from.xi, to.xi) || is_beyond(from.eta, to.eta));
+}
+
+// Of a node that starts on the face but for round-off: it goes through at once, or all of its way is
+// so short. Whether it is over the face then; unknown near the edge.
+std::optional<bool> passes_from_face(const PairProjection& found, double size, double edge, FaceHit& hit) {
+  constexpr double unsure = 0.01;
+  if (hit.start_gap > 1e-9 * size) return std::nullopt;
+  hit.entry = hit.start_gap / (hit.start_gap - hit.end_gap);
+  const double outside = (1 - hit.entry) * found.before.outside + hit.entry * found.end.outside;
+  if (!(std::abs(outside - edge) > unsure)) return std::nullopt;
+  return outside <= edge;
+}
+
+// Whether the boxes meet that node and face sweep. Candidates are more, and what is found must not
+// depend on which. Boxes are not looked at where node and face are nearer than any box ends.
+bool is_near(const Step& step, const SlaveNode& node, const PairProjection& found, Index face) {
+  const CandidateSearch& search = step.search;
+  const double half = 0.5 * std::max(search.margin, search.size_share * step.master.sizes[face]);
+  const auto is_inside = [&](const Projection& p) {
+    return p.outside <= step.options.edge_tolerance && std::abs(p.distance) <= half;
+  };
+  if (is_inside(found.before) || is_inside(found.end)) return true;
+  return node_box(search, step.slave.nodes[node.slot]).meets(face_box(search, face));
+}
+
 // Whether the node came through the face during the step, or touches or nears it; fills `hit`.
-bool meets(const Step& step, const SlaveNode& node, Index face, FaceHit& hit) {
-  const FaceSlab& slab = step.slabs.of(step.master, step.master_body, face, step.options.edge_tolerance);
-  if (is_beside(slab, node.start, node.end)) return false;
-  const bool triangle = is_triangle(step.master, face);
+bool meets(const Step& step, const SlaveNode& node, Index face, const PairProjection& found, FaceHit& hit) {
+  if (!(found.end.distance <= step.reach)) return false;
   const double size = step.master.sizes[face];
-  const FaceCorners end = corners(step.master, face, step.master_body.end);
-  hit.face = face;
-  hit.end = project(end, triangle, node.end);
-  if (!(size > 0) || hit.end.normal.isZero() || hit.end.distance > step.reach) return false;
-  const FaceCorners start = corners(step.master, face, step.master_body.start);
-  const Projection before = project(start, triangle, node.start);
+  if (!(size > 0) || found.end.normal.isZero()) return false;
+  const Projection& before = found.before;
   hit.start_gap = before.distance - node.lift;
   const bool known = before.normal.dot(node.known_normal) >= same_side;
   const double edge = known ? step.options.edge_tolerance : step.options.new_edge_tolerance;
+  hit.face = face;
+  hit.end = found.end;
   hit.outside = before.outside;
   hit.over_now = before.outside <= step.options.new_edge_tolerance;
   hit.over_at_end = hit.end.outside <= edge;
@@ -120,13 +103,20 @@ bool meets(const Step& step, const SlaveNode& node, Index face, FaceHit& hit) {
   hit.nearly_over = hit.end.outside <= step.options.edge_tolerance;
   hit.same = node.face == face;
   hit.follows = node.face >= 0 && before.normal.dot(node.normal) >= same_side;
+  const FaceCorners end = corners(step.master, face, step.master_body.end);
   if (hit.follows && before.outside <= edge) touch_where_it_is(before, end, node.end, hit.end);
   hit.end_gap = hit.end.distance - node.lift;
   hit.entry = hit.start_gap / size;
-  if (hit.start_gap <= 0) return held_from_behind(step, before, hit, size, edge) && (hit.end_gap < 0 || hit.over_at_end);
+  if (hit.start_gap <= 0) {
+    if (!held_from_behind(step, before, hit, size, edge)) return false;
+    return (hit.end_gap < 0 || hit.over_at_end) && is_near(step, node, found, face);
+  }
   hit.entry = 1;
-  if (hit.end_gap >= 0) return hit.over_at_end;
-  return passes_through(start, end, triangle, node, hit, size, edge);
+  if (hit.end_gap >= 0) return hit.over_at_end && is_near(step, node, found, face);
+  if (stays_beside(found, edge)) return false;
+  if (const auto passes = passes_from_face(found, size, edge, hit)) return *passes && is_near(step, node, found, face);
+  const FaceCorners start = corners(step.master, face, step.master_body.start);
+  return passes_through(start, end, is_triangle(step.master, face), node, hit, size, edge) && is_near(step, node, found, face);
 }
 
 // Which face holds a node first: the one that it touches, until it is off its edge and over the next one. Entries are rounded, so
@@ -194,22 +184,51 @@ SlaveNode node_of(const Step& step, Index slot, const PairMemory& memory) {
   return node;
 }
 
-void detect_node(const Step& step, Index slot, PairMemory& memory, std::vector<FaceHit>& hits, ContactList& points) {
-  const CandidateList& list = memory.grid.candidates;
-  if (list.first[slot] == list.first[slot + 1]) return;
+// Best first; those that are equal stay in their order. Most nodes have one hit.
+void sort(std::vector<FaceHit>& hits) {
+  for (std::size_t i = 1; i < hits.size(); ++i)
+    for (std::size_t k = i; k > 0 && better(hits[k], hits[k - 1]); --k) std::swap(hits[k], hits[k - 1]);
+}
+
+// The pairs are those of one node.
+void detect_node(const Step& step, Index slot, std::span<const NodeAndFace> pairs, std::span<const PairProjection> found,
+                 PairMemory& memory, ContactList& points) {
+  thread_local std::vector<FaceHit> hits;
   const SlaveNode node = node_of(step, slot, memory);
   hits.clear();
   FaceHit hit;
-  for (Index k = list.first[slot]; k < list.first[slot + 1]; ++k)
-    if (meets(step, node, list.target[k], hit)) hits.push_back(hit);
+  for (std::size_t k = 0; k < pairs.size(); ++k)
+    if (meets(step, node, pairs[k].face, found[k], hit)) hits.push_back(hit);
   if (hits.empty()) return;
-  std::stable_sort(hits.begin(), hits.end(), better);
+  sort(hits);
   const double start_gap = hits.front().start_gap;
   // Found behind a face that it has not come through: left where it is, not thrown out
   if (step.initial || (node.face < 0 && start_gap < 0)) keep_overlap(slot, start_gap + node.lift, step.initial, memory);
   if (hits.front().follows && hits.size() > 1) blend_normals(step, node, hits);
   const std::size_t n_held = choose_holding(step, node, hits);
   for (std::size_t i = 0; i < n_held; ++i) add_point(step, node, hits[i], memory.offset[slot], points);
+}
+
+// Nodes are taken by so many pairs or a few more: what is found of them stays in the first cache.
+void detect_nodes(const Step& step, PairMemory& memory, ContactList& points) {
+  constexpr std::size_t at_once = 128;
+  thread_local std::vector<NodeAndFace> pairs;
+  thread_local std::vector<PairProjection> found;
+  const CandidateList& list = memory.grid.candidates;
+  const Index n = static_cast<Index>(step.slave.nodes.size());
+  for (Index begin = 0, end = 0; begin < n; begin = end) {
+    pairs.clear();
+    for (; end < n && pairs.size() < at_once; ++end)
+      for (Index k = list.first[end]; k < list.first[end + 1]; ++k) pairs.push_back({step.slave.nodes[end], list.target[k]});
+    project_pairs(step.master, step.master_body, step.slave_body, pairs, step.reach, found);
+    std::size_t at = 0;
+    for (Index slot = begin; slot < end; ++slot) {
+      const auto count = static_cast<std::size_t>(list.first[slot + 1] - list.first[slot]);
+      if (count > 0)
+        detect_node(step, slot, std::span(pairs).subspan(at, count), std::span(found).subspan(at, count), memory, points);
+      at += count;
+    }
+  }
 }
 
 // Whether nothing of the two bodies can be within reach of each other; costs nothing that grows with them.
@@ -237,17 +256,16 @@ void detect(const ContactSurface& slave, const ContactBody& slave_body, const Co
     forget(memory);
     return;
   }
-  thread_local SlabCache slabs;
-  slabs.start(master.faces.rows());
-  Step step{{master, master_body, options, 0}, slave, slave_body, initial, mean_motion(master, master_body), slabs};
-  step.reach =
-      contact_reach(master.size, largest_motion(slave, slave_body, step.drift) + largest_motion(master, master_body, step.drift),
-                    initial, memory);
-  fill_boxes(step, memory);
-  find_candidates(memory.node_boxes, memory.face_boxes, memory.grid);
-  std::vector<FaceHit> hits;
+  const Vector3 drift = mean_motion(master, master_body);
+  const double motion = largest_motion(slave, slave_body, drift) + largest_motion(master, master_body, drift);
+  const double reach = contact_reach(master.size, motion, initial, memory);
+  // A node off the edge of a long face, or beyond a sharp corner, by a share of the face may be far from it beside its size
+  const CandidateSearch search{
+      slave, master, slave_body, master_body, drift, motion, std::max(reach, memory.depth), options.late_depth, options.overhang()};
+  const Step step{{master, master_body, options, reach}, slave, slave_body, initial, search};
+  update_candidates(search, memory);
   const std::size_t before = list.points.size();
-  for (Index slot = 0; slot < n; ++slot) detect_node(step, slot, memory, hits, list);
+  detect_nodes(step, memory, list);
   if (list.points.size() == before) forget(memory);
 }
 

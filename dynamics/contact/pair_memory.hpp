@@ -10,6 +10,13 @@
 
 namespace cbr {
 
+// What candidates were found for: see kept_candidates.hpp. No answer depends on it.
+struct KeptCandidates {
+  bool is_known = false;
+  double skin = 0, margin = 0;
+  Points slave_at, master_at;  // of the surfaces' nodes, at the end of the step
+};
+
 // What a pair remembers from step to step, per slave node (in the order of the slave surface's nodes).
 struct PairMemory {
   std::vector<Index> face;        // master face it touched in the last step, or -1
@@ -25,6 +32,7 @@ struct PairMemory {
   std::vector<Index> near;  // mortar: slave and master face of each pair of faces that the last search found, ascending
   std::vector<Box> node_boxes, face_boxes;
   BroadPhase grid;
+  KeptCandidates kept;  // node-face
   // Mortar: as faces slide, the weights of a point change and its gap with them. What impulses have taken over such changes
   // (impulse x length: energy x step) and may give back.
   double drift_taken = 0;

@@ -4,10 +4,17 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
+#include <cmath>
 
 namespace cbr {
 
-Vector3 mean_normal(const FaceCorners& x) { return (x[2] - x[0]).cross(x[3] - x[1]).stableNormalized(); }
+Vector3 mean_normal(const FaceCorners& x) {
+  const Vector3 across = (x[2] - x[0]).cross(x[3] - x[1]);
+  const double length2 = across.squaredNorm();
+  // Where squares lose nothing two divisions are saved
+  if (length2 > 1e-200 && length2 < 1e200) return across * (1 / std::sqrt(length2));
+  return across.stableNormalized();
+}
 
 Vector3 centre(const FaceCorners& x) {
   return x[2] == x[3] ? Vector3((x[0] + x[1] + x[2]) / 3) : Vector3((x[0] + x[1] + x[2] + x[3]) / 4);
