@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <Eigen/Eigenvalues>
-#include <Eigen/SVD>
 
 #include "common/linalg/dense.hpp"
 
@@ -49,11 +48,6 @@ SymmetricEigen2 symmetric_eigen2(const Matrix2& A) {
   Eigen::SelfAdjointEigenSolver<Matrix2> solver;
   solver.computeDirect(A);
   return {solver.eigenvalues(), solver.eigenvectors()};
-}
-
-RightSingular right_singular(const Matrix& A) {
-  const Eigen::BDCSVD<Matrix> svd(A, Eigen::ComputeThinV);
-  return {svd.singularValues(), svd.matrixV()};
 }
 
 }  // namespace cbr
