@@ -14,7 +14,6 @@
 #include "reducer/fixed_interface_modes.hpp"
 #include "reducer/panel_product.hpp"
 #include "reducer/reached_compliance.hpp"
-#include "reducer/reduced_rigid_motions.hpp"
 
 namespace cbr {
 namespace {
@@ -24,42 +23,8 @@ constexpr Index most_kept = 300;         // dofs with a coordinate each, of whic
 constexpr double twin = 1e-6;            // relative distance of two equal eigenvalues
 constexpr double singular_pivot = 1e-13;
 constexpr double least_part = 1e-10;     // of a shape's mass, beside what others have of it: below, they have all
-constexpr double mode_tolerance = 1e-9;  // of residuals: of eigenvalues its square; springs leave more round-off than 1e-13
+constexpr double mode_tolerance = 1e-7;  // of residuals: of eigenvalues its square, and the shapes only span a space
 constexpr Index largest_dense = 15000;
-
-// About the middle of all nodes and of their size, N^T M N = 1   (N x 6)
-Matrix rigid_motions_of(const FreeComponent& model) {
-  const Eigen::RowVector3d middle = model.x.colwise().mean();
-  Points x = model.x.rowwise() - middle;
-  const double size = x.rowwise().norm().maxCoeff();
-  if (size > 0) x /= size;
-  Matrix N = rigid_modes(x, Vector3::Zero());
-  orthonormalise([&](const Matrix& X) { return Matrix(model.M * X); }, N, "the rigid motions");
-  return N;
-}
-
-// Springs at six dofs that hold the rigid motions, on the diagonal of K, for the life of the object. A load in equilibrium leaves
-// them without force, so that what K with springs answers is an answer of K.
-class Springs {
- public:
-  Springs(SparseMatrix& K, const Matrix& N) : K_(K) {
-    const PivotedQr qr(N.transpose());
-    for (Index i = 0; i < N.cols(); ++i) {
-      const Index dof = qr.column(i);
-      before_.emplace_back(dof, K.coeff(dof, dof));
-      K_.coeffRef(dof, dof) *= 2;
-    }
-  }
-  ~Springs() {
-    for (const auto& [dof, value] : before_) K_.coeffRef(dof, dof) = value;
-  }
-  Springs(const Springs&) = delete;
-  Springs& operator=(const Springs&) = delete;
-
- private:
-  SparseMatrix& K_;
-  std::vector<std::pair<Index, double>> before_;
-};
 
 // Solves of the free component, inertia in balance with the loads, no rigid motion in the answers.
 class FreeSolver {
@@ -141,11 +106,15 @@ Matrix uniform_loads(const CharacteristicOptions& options, const Partition& p, c
   return F;
 }
 
-// The lowest elastic modes of the free component.
-Eigenpairs free_modes(const FreeComponent& model, const SparseCholesky& factor, const Matrix& N, Index count) {
+// The lowest elastic modes of the free component, of which the first `exact` become shapes; of the others the frequencies count.
+Eigenpairs free_modes(const FreeComponent& model, const SparseCholesky& factor, const Matrix& N, Index count, Index exact) {
   const Index n = N.rows();
   Eigenpairs pairs;
-  if (!dense_is_faster(n, count, factor.n_nonzeros())) pairs = sparse_eigenpairs_beyond(model.M, factor, N, count, mode_tolerance);
+  if (!dense_is_faster(n, count, factor.n_nonzeros())) {
+    PairsWanted wanted;
+    wanted.exact = exact;
+    pairs = sparse_eigenpairs_beyond(model.M, factor, N, count, mode_tolerance, wanted);
+  }
   if (!pairs.converged && n <= largest_dense) {
     pairs = dense_eigenpairs_beside(Matrix(model.K), Matrix(model.M), N, N.cols() + count);
     pairs.lambda = Vector(pairs.lambda.tail(pairs.lambda.size() - N.cols()));
@@ -207,37 +176,33 @@ bool few_enough(const CharacteristicOptions& options, bool one_part, Index n_int
   return n_kept <= most_kept && n_kept < s.c();
 }
 
-std::optional<FreeShapes> free_shapes(const CharacteristicOptions& options, const FreeComponent& model, const Partition& p,
-                                      const StaticShare& forces, const Superelement& s, Report& report) {
+std::optional<FreeShapes> free_shapes(const CharacteristicOptions& options, const FreeComponent& model, const FreeFactor& factor,
+                                      const Partition& p, const StaticShare& forces, const Superelement& s, Report& report) {
+  if (!factor.whole.ok() || factor.whole.smallest_pivot() < singular_pivot) return {};
   FreeShapes shapes;
   const Index n = model.K.rows();
-  shapes.N = rigid_motions_of(model);
-  shapes.P = model.M * shapes.N;
+  shapes.N = factor.N;
+  shapes.P = factor.P;
   std::vector<Index> kept;
   for (const Index dof : kept_dofs(options, s)) kept.push_back(dof_in_component(p, s, dof));
   const Matrix uniform = uniform_loads(options, p, s, n);
   const Index n_reduced = s.c() - static_cast<Index>(kept.size());
   const Index n_elastic = n_shapes(options, n_reduced - shapes.N.cols());
   require_fewer(shapes.N.cols() + n_elastic, n_reduced);
-  {
-    const Springs springs(model.K, shapes.N);
-    const SparseCholesky factor(model.K);
-    if (!factor.ok() || factor.smallest_pivot() < singular_pivot) return {};
-    const FreeSolver solve(factor, shapes.N, shapes.P);
-    report.progress("shapes of the interface", 0);
-    const Index looked_at = std::min(std::max(n_elastic + 1, n_estimated), n - shapes.N.cols());
-    Eigenpairs modes = free_modes(model, factor, shapes.N, looked_at);
-    shapes.lambda = std::move(modes.lambda);
-    Index m = std::min(n_elastic, shapes.lambda.size());
-    while (m > 0 && m < shapes.lambda.size() && shapes.lambda(m) - shapes.lambda(m - 1) < twin * shapes.lambda(m)) ++m;
-    shapes.n_modes = m, shapes.n_kept = static_cast<Index>(kept.size()), shapes.n_patterns = uniform.cols();
-    shapes.U.resize(n, m + shapes.n_kept + shapes.n_patterns);
-    shapes.U.leftCols(m) = modes.Phi.leftCols(m);
-    if (shapes.n_kept > 0) shapes.U.middleCols(m, shapes.n_kept) = kept_shapes(solve, kept, n);
-    if (shapes.n_patterns > 0) shapes.U.rightCols(shapes.n_patterns) = solve(uniform);
-    if (!forces.empty()) shapes.compliance = solve.compliance(loads_of(forces, p, n));
-    report.end_progress();
-  }
+  const FreeSolver solve(factor.whole, shapes.N, shapes.P);
+  report.progress("shapes of the interface", 0);
+  const Index looked_at = std::min(std::max(n_elastic + 1, n_estimated), n - shapes.N.cols());
+  Eigenpairs modes = free_modes(model, factor.whole, shapes.N, looked_at, n_elastic + 1);
+  shapes.lambda = std::move(modes.lambda);
+  Index m = std::min(n_elastic, shapes.lambda.size());
+  while (m > 0 && m < shapes.lambda.size() && shapes.lambda(m) - shapes.lambda(m - 1) < twin * shapes.lambda(m)) ++m;
+  shapes.n_modes = m, shapes.n_kept = static_cast<Index>(kept.size()), shapes.n_patterns = uniform.cols();
+  shapes.U.resize(n, m + shapes.n_kept + shapes.n_patterns);
+  shapes.U.leftCols(m) = modes.Phi.leftCols(m);
+  if (shapes.n_kept > 0) shapes.U.middleCols(m, shapes.n_kept) = kept_shapes(solve, kept, n);
+  if (shapes.n_patterns > 0) shapes.U.rightCols(shapes.n_patterns) = solve(uniform);
+  if (!forces.empty()) shapes.compliance = solve.compliance(loads_of(forces, p, n));
+  report.end_progress();
   if (shapes.lambda.size() > 0 && !(shapes.lambda(0) > 0)) return {};
   shapes.K_U = model.K * shapes.U;
   shapes.M_U = model.M * shapes.U;

@@ -8,6 +8,7 @@
 
 #include "common/superelement.hpp"
 #include "reducer/characteristic.hpp"
+#include "reducer/free_factor.hpp"
 #include "reducer/partition.hpp"
 
 namespace cbr {
@@ -21,21 +22,14 @@ struct FreeShapes {
   Index n_modes = 0, n_kept = 0, n_patterns = 0;  // of the columns of U
 };
 
-// What a component's own matrices say; K is given springs for a while, and is back as it was in the end.
-struct FreeComponent {
-  SparseMatrix& K;        // N x N
-  const SparseMatrix& M;  // N x N
-  const Points& x;        // of its nodes
-};
-
 // Whether free_shapes() serves: a large interface, one part with an interior, few kept dofs, no patterns but uniform ones.
 bool few_enough(const CharacteristicOptions& options, bool one_part, Index n_interior, const Superelement& s);
 
 // Shapes: the `modes` lowest elastic modes of the free component (one more where the last has a twin), unit displacements of kept
 // dofs, answers to uniform pressures. p: whose interface s describes; forces: of static_forces(). None when the stiffness lets
 // more than rigid motions go free. InputError: more modes than dofs. RunError: of the eigensolver.
-std::optional<FreeShapes> free_shapes(const CharacteristicOptions& options, const FreeComponent& model, const Partition& p,
-                                      const StaticShare& forces, const Superelement& s, Report& report);
+std::optional<FreeShapes> free_shapes(const CharacteristicOptions& options, const FreeComponent& model, const FreeFactor& factor,
+                                      const Partition& p, const StaticShare& forces, const Superelement& s, Report& report);
 
 // The interior of the shapes follows their interface statically, U_I = -K_II^-1 K_IC U_C, so that the space is one inside Craig
 // and Bampton's; of what inertia does inside fixed-interface modes know. r solves.

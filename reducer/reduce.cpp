@@ -24,10 +24,9 @@ namespace {
 
 constexpr double singular_pivot = 1e-14;
 
-SparseCholesky factorise(Reduction& r) {
-  const auto phase = r.report.phase("factorisation");
-  SparseCholesky factor(r.p.K_II);
-  if (r.p.n_interior() == 0) return factor;
+// What the factor of K_II says of it. InputError: it is singular.
+void judge_interior(Reduction& r, const SparseCholesky& factor) {
+  if (r.p.n_interior() == 0) return;
   if (!factor.ok() || factor.smallest_pivot() < singular_pivot) {
     throw InputError(
         "the stiffness of the interior is singular at " + node_of_interior_dof(r, factor.weakest_column()) +
@@ -39,6 +38,14 @@ SparseCholesky factorise(Reduction& r) {
   condition.smallest_pivot = factor.smallest_pivot();
   condition.weakest = node_of_interior_dof(r, factor.weakest_column());
   condition.K_II = condition_numbers(r.p.K_II, factor);
+  r.figures.factor_nonzeros = factor.n_nonzeros();
+  r.figures.factor_flops = factor.flops();
+}
+
+SparseCholesky factorise(Reduction& r) {
+  const auto phase = r.report.phase("factorisation");
+  SparseCholesky factor(r.p.K_II);
+  judge_interior(r, factor);
   return factor;
 }
 
@@ -302,20 +309,32 @@ Matrix constraint_modes(const Reduction& r, const SparseCholesky& factor) {
   return Psi;
 }
 
-// Basis characteristic by sparse solves alone: two factors, one after the other. False: it is for the way by dense matrices.
+FreeFactor factorise_free(Reduction& r, const FreeComponent& model, Index n_forces) {
+  const auto phase = r.report.phase("factorisation");
+  FreeFactor free = free_factor(model, r.p, n_forces);
+  if (free.interior) judge_interior(r, *free.interior);
+  return free;
+}
+
+// Basis characteristic by sparse solves alone: of one factor, or of two, one after the other. False: it is for the way by dense
+// matrices.
 bool reduce_to_free_shapes(Reduction& r, Superelement& s) {
   const CharacteristicOptions& options = r.options.characteristic;
   if (!few_enough(options, !has_parts(r), r.p.n_interior(), s)) return false;
   std::optional<FreeShapes> shapes;
   s.characteristic.statics = static_forces(options, s);
+  const FreeComponent model{r.model.K, r.model.M, r.x};
+  std::optional<FreeFactor> free = factorise_free(r, model, s.characteristic.statics.size());
   {
     const auto phase = r.report.phase("shapes and statics");
-    shapes = free_shapes(options, {r.model.K, r.model.M, r.x}, r.p, s.characteristic.statics, s, r.report);
+    shapes = free_shapes(options, model, *free, r.p, s.characteristic.statics, s, r.report);
   }
   if (!shapes) return false;
   r.model.K = SparseMatrix(), r.model.M = SparseMatrix();
-  const SparseCholesky factor = factorise(r);
-  r.figures.factor_nonzeros = factor.n_nonzeros(), r.figures.factor_flops = factor.flops();
+  std::optional<SparseCholesky> own = std::move(free->interior);
+  free.reset();
+  if (!own) own = factorise(r);
+  const SparseCholesky& factor = *own;
   follow_statically(r.p, factor, *shapes);
   FixedInterfaceModes modes = first_modes(r, factor);
   r.p.K_II = SparseMatrix(r.p.n_interior(), r.p.n_interior());
@@ -346,8 +365,6 @@ void condense_and_keep(Reduction& r, Superelement& s) {
   if (!has_free_modes(r.options)) r.model.K = SparseMatrix(), r.model.M = SparseMatrix();
   require_memory_for_interface(r.p.n_interface(), machine_memory_bytes());
   const SparseCholesky factor = factorise(r);
-  r.figures.factor_nonzeros = factor.n_nonzeros();
-  r.figures.factor_flops = factor.flops();
   FixedInterfaceModes modes = first_modes(r, factor);
   // From here on only its factor is needed, and the space may be; an inertia count of modes to come takes K_II itself, and so do
   // parts

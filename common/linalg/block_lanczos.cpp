@@ -71,7 +71,7 @@ class BlockLanczos {
  private:
   // Wide enough to read a factor once for many, narrow enough for a space of many powers.
   static Index chosen_block(Index n, Index k) {
-    const Index wide = k < 20 ? 8 : k < 400 ? 16 : 32;
+    const Index wide = k < 200 ? 8 : k < 400 ? 16 : 32;
     return std::min(wide, std::max<Index>(4, n / 40));
   }
 
@@ -87,7 +87,11 @@ class BlockLanczos {
     return whole_blocks(std::min(most, n_ - b_));
   }
 
-  Index first_look() const { return std::min(m_, whole_blocks(5 * k_ / 2 + 20 * b_)); }
+  // A step takes half a digit to a whole one from the residuals, once the space holds the wanted vectors in outline.
+  Index first_look() const {
+    if (options_.wanted.exact > 0) return std::min(m_, whole_blocks(2 * k_ + 5 * b_));
+    return std::min(m_, whole_blocks(5 * k_ / 2 + (k_ < 64 ? 12 : 24) * b_));
+  }
 
   // Ritz pairs converge at about the rate at which they did so far; looks cost an eigenvalue problem each.
   Index next_look(Index converged) const {
@@ -196,12 +200,17 @@ class BlockLanczos {
     S_ = pairs.Phi;
   }
 
+  double tolerance_of(Index pair) const {
+    const bool exact = options_.wanted.exact == 0 || pair < options_.wanted.exact;
+    return exact ? options_.tolerance : std::max(options_.tolerance, options_.wanted.others);
+  }
+
   // The residual of a Ritz pair is what the last block adds: R times the last rows of its vector.
   Index n_converged() const {
     const Vector residual = (last_ * S_.bottomRows(b_)).colwise().norm();
     const double round_off = std::numeric_limits<double>::epsilon() * std::max(options_.largest, std::abs(theta_(0)));
     Index count = 0;
-    while (count < k_ && residual(count) <= std::max(options_.tolerance * std::abs(theta_(count)), round_off)) ++count;
+    while (count < k_ && residual(count) <= std::max(tolerance_of(count) * std::abs(theta_(count)), round_off)) ++count;
     return count;
   }
 

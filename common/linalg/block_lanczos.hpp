@@ -14,6 +14,7 @@ struct BlockLanczosOptions {
   // Residual in the M-norm of a Ritz pair (theta, x) of (K - sigma M)^-1 M, relative to theta; of pairs far below the largest theta
   // (slender parts: 1e5 times) no more is asked than that one's round-off, which is in all of them.
   double tolerance = 1e-13;
+  PairsWanted wanted;
   Index max_restarts = 200;
   double largest = 0;                          // theta of `solve` itself, where the largest are taken out of it
   std::function<void(Index, Index)> progress;  // vectors of the basis, and of the basis that is next looked at; may be empty

@@ -29,10 +29,16 @@ struct Eigenpairs {
 Eigenpairs sparse_eigenpairs(const SparseMatrix& K, const SparseMatrix& M, const SparseCholesky& factor, double sigma, Index k,
                              double tolerance = 1e-13, Index ncv = 0);
 
+// Of k pairs those that a solver need not find to its tolerance: an eigenvalue is right to the square of its pair's residual.
+struct PairsWanted {
+  Index exact = 0;       // the first so many to the tolerance, others to this residual; 0: all
+  double others = 1e-4;  // relative
+};
+
 // The k lowest of what is M-orthogonal to Phi (n x m, Phi^T M Phi = I, eigenvectors that are known), by block_lanczos about 0 with
 // `factor` = Cholesky of K: nothing is solved for twice. converged is false where block_lanczos gives up.
 Eigenpairs sparse_eigenpairs_beyond(const SparseMatrix& M, const SparseCholesky& factor, const Matrix& Phi, Index k,
-                                    double tolerance = 1e-13);
+                                    double tolerance = 1e-13, const PairsWanted& wanted = {});
 
 // LAPACK on the dense generalised problem A x = lambda B x (n x n, symmetric, lower triangles read, B positive definite): the
 // first k pairs (k = n: all). A and B are overwritten. converged is false when B is not positive definite or LAPACK gave up.

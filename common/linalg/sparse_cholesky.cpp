@@ -16,7 +16,9 @@
 #include "common/error.hpp"
 #include "common/linalg/blas_threads.hpp"
 #include "common/linalg/cut_supernodes.hpp"
+#include "common/linalg/elimination_order.hpp"
 #include "common/linalg/narrow_product.hpp"
+#include "common/linalg/shared_solve.hpp"
 #include "common/linalg/supernodal_inertia.hpp"
 #include "common/parallel.hpp"
 #include "common/program.hpp"
@@ -33,6 +35,8 @@ constexpr Index least_block = 8;
 // Columns of a supernode: narrower ones waste less memory (half of their square), wider ones have longer products.
 constexpr Index widest_supernode = 512;
 constexpr double vanishing_pivot = 1e-13;
+// Non-zeros of a factor from which on threads share the solution of a few right-hand sides.
+constexpr double worth_sharing = 1e6;
 
 std::string gigabytes(double bytes) {
   char text[32];
@@ -127,7 +131,27 @@ struct Cholmod {
   Cholmod(const Cholmod&) = delete;
   Cholmod& operator=(const Cholmod&) = delete;
 
-  void analyze(const SparseMatrix& A) {
+  // The order of elimination that costs least on the graph of nodes (or of rows), and what follows from it for A.
+  void analyze(const SparseMatrix& A, const std::vector<Index>& last = {}) {
+    const Index dofs = dofs_per_node(A), n_leading = A.rows() - static_cast<Index>(last.size());
+    if (common.supernodal == CHOLMOD_SIMPLICIAL || (dofs == 1 && last.empty())) return analyze_rows(A);
+    std::vector<Index> nodes;
+    if (n_leading > 0) {
+      Cholmod graph(CHOLMOD_SIMPLICIAL);
+      graph.analyze_rows(node_graph(A, dofs, last));
+      nodes.assign(graph.permutation(), graph.permutation() + graph.L->n);
+    }
+    std::vector<Index> order = order_of_rows(nodes, dofs, A.rows(), last);
+    common.nmethods = 1;
+    common.method[0].ordering = CHOLMOD_GIVEN;
+    common.postorder = false;  // the nodes are, and `last` stays where it is
+    cholmod_sparse view = lower_view(A);
+    L = cholmod_l_analyze_p(&view, order.data(), nullptr, 0, &common);
+    check("ordering", A);
+    if (L->is_super != 0 && !cut(widest_supernode, n_leading)) check("ordering", A);
+  }
+
+  void analyze_rows(const SparseMatrix& A) {
     cholmod_sparse view = lower_view(A);
     // METIS draws from the C library's random numbers, which it seeds itself: one ordering at a time, so that the same matrix gives
     // the same factor whatever other threads do.
@@ -135,12 +159,12 @@ struct Cholmod {
     const std::lock_guard lock(one_at_a_time);
     L = cholmod_l_analyze(&view, &common);
     check("ordering", A);
-    if (L->is_super != 0 && !cut(widest_supernode)) check("ordering", A);
+    if (L->is_super != 0 && !cut(widest_supernode, 0)) check("ordering", A);
   }
 
   // Replaces CHOLMOD's supernodes by narrower ones. False when memory ran out.
-  bool cut(Index widest) {
-    const SupernodePattern made = cut_supernodes(view(), widest);
+  bool cut(Index widest, Index boundary) {
+    const SupernodePattern made = cut_supernodes(view(), widest, boundary);
     const auto replace = [&](void*& old, std::size_t old_size, const std::vector<Index>& with) {
       void* copy = cholmod_l_malloc(with.size(), sizeof(Index), &common);
       if (copy == nullptr) return false;
@@ -161,8 +185,8 @@ struct Cholmod {
     return true;
   }
 
-  void factorize(const SparseMatrix& A) {
-    analyze(A);
+  void factorize(const SparseMatrix& A, const std::vector<Index>& last) {
+    analyze(A, last);
     cholmod_sparse view = lower_view(A);
     const BlasForWork blas(common.fl);
     cholmod_l_factorize(&view, L, &common);
@@ -200,23 +224,26 @@ struct Cholmod {
 }  // namespace
 
 struct SparseCholesky::Impl {
-  Cholmod cholmod{CHOLMOD_SUPERNODAL};
-  Solver single;  // for one right-hand side after another
+  std::shared_ptr<Cholmod> cholmod = std::make_shared<Cholmod>(CHOLMOD_SUPERNODAL);  // a leading factor shares it
+  Solver single;                                                                     // for one right-hand side after another
+  std::unique_ptr<SharedSolve> shared;                                               // for a few at a time; made when first wanted
   SupernodeTree tree;
+  SupernodalFactor factor;
+  SupernodePattern leading;  // of a leading factor, to which `factor` points
+  std::vector<Index> order, last;
+  Vector diagonal;  // of A
   Index n = 0, failed = -1, weakest = -1;
-  double smallest_pivot = 1;
+  double smallest_pivot = 1, least = 1, largest = 1, n_nonzeros = 0, flops = 0;
+  bool is_whole = true;
 
   // The diagonal of L in the order of elimination stands at the head of each supernode's columns.
-  void examine_pivots(const Vector& diagonal) {
-    const auto* super = static_cast<const Index*>(cholmod.L->super);
-    const auto* pi = static_cast<const Index*>(cholmod.L->pi);
-    const auto* px = static_cast<const Index*>(cholmod.L->px);
-    const auto* x = static_cast<const double*>(cholmod.L->x);
-    for (std::size_t s = 0; s < cholmod.L->nsuper; ++s) {
-      const Index rows = pi[s + 1] - pi[s];
-      for (Index j = 0; j < super[s + 1] - super[s]; ++j) {
-        const Index column = cholmod.permutation()[super[s] + j];
-        const double pivot = x[px[s] + j * (rows + 1)];
+  void examine_pivots() {
+    least = HUGE_VAL, largest = 0;
+    for (Index s = 0; s < factor.n_super; ++s) {
+      for (Index j = 0; j < factor.columns(s); ++j) {
+        const Index column = factor.order[factor.first(s) + j];
+        const double pivot = factor.x[factor.px[s] + j * (factor.stride(s) + 1)];
+        least = std::min(least, pivot), largest = std::max(largest, pivot);
         const double ratio = pivot * pivot / diagonal(column);
         if (weakest >= 0 && ratio >= smallest_pivot) continue;
         smallest_pivot = ratio;
@@ -224,28 +251,92 @@ struct SparseCholesky::Impl {
       }
     }
   }
+
+  void fail_at(Index column) {
+    failed = weakest = column;
+    smallest_pivot = 0;
+  }
+
+  void finish() {
+    examine_pivots();
+    tree = SupernodeTree(factor);
+  }
+
+  // Of the rectangles of the leading factor's supernodes.
+  void count() {
+    for (Index s = 0; s < factor.n_super; ++s) {
+      for (Index j = 0; j < factor.columns(s); ++j) {
+        const auto rows = static_cast<double>(factor.height(s) - j);
+        n_nonzeros += rows;
+        flops += rows * rows;
+      }
+    }
+  }
 };
 
-SparseCholesky::SparseCholesky(const SparseMatrix& A) : impl_(std::make_unique<Impl>()) {
+SparseCholesky::SparseCholesky(const SparseMatrix& A) : SparseCholesky(A, {}) {}
+
+SparseCholesky::SparseCholesky(const SparseMatrix& A, const std::vector<Index>& last) : impl_(std::make_unique<Impl>()) {
   impl_->n = A.rows();
   if (A.rows() == 0) return;
   if (!A.isCompressed()) {
     SparseMatrix compressed = A;
     compressed.makeCompressed();
-    *this = SparseCholesky(compressed);
+    *this = SparseCholesky(compressed, last);
     return;
   }
-  impl_->cholmod.factorize(A);
-  const auto* L = impl_->cholmod.L;
+  Cholmod& cholmod = *impl_->cholmod;
+  cholmod.factorize(A, last);
+  impl_->diagonal = A.diagonal();
+  impl_->last = last;
+  impl_->factor = cholmod.view();
+  impl_->n_nonzeros = cholmod.common.lnz;
+  impl_->flops = cholmod.common.fl;
+  const auto* L = cholmod.L;
   if (L->minor < L->n) {
-    impl_->failed = impl_->cholmod.permutation()[L->minor];
-    impl_->smallest_pivot = 0;
-    impl_->weakest = impl_->failed;
+    impl_->fail_at(cholmod.permutation()[L->minor]);
   } else {
-    impl_->examine_pivots(A.diagonal());
-    impl_->tree = SupernodeTree(impl_->cholmod.view());
+    impl_->finish();
   }
 }
+
+SparseCholesky SparseCholesky::leading() const {
+  SparseCholesky made(SparseMatrix(0, 0));
+  Impl& own = *made.impl_;
+  const auto& last = impl_->last;
+  own.n = impl_->n - static_cast<Index>(last.size());
+  if (own.n == 0) return made;
+  own.cholmod = impl_->cholmod;
+  own.is_whole = false;
+  own.leading = leading_pattern(impl_->factor, own.n);
+  std::vector<Index> number(static_cast<std::size_t>(impl_->n), 0);  // of A's rows in the leading matrix
+  for (const Index row : last) number[static_cast<std::size_t>(row)] = -1;
+  own.diagonal.resize(own.n);
+  Index count = 0;
+  for (Index row = 0; row < impl_->n; ++row) {
+    if (number[static_cast<std::size_t>(row)] < 0) continue;
+    own.diagonal(count) = impl_->diagonal(row);
+    number[static_cast<std::size_t>(row)] = count++;
+  }
+  const Index* order = impl_->factor.order;
+  for (Index i = 0; i < own.n; ++i) own.order.push_back(number[static_cast<std::size_t>(order[i])]);
+  own.factor = impl_->factor;
+  own.factor.n = own.n;
+  own.factor.n_super = static_cast<Index>(own.leading.super.size()) - 1;
+  own.factor.super = own.leading.super.data();
+  own.factor.pi = own.leading.pi.data();
+  own.factor.rows = own.leading.rows.data();
+  own.factor.order = own.order.data();
+  own.count();
+  const auto minor = static_cast<Index>(impl_->cholmod->L->minor);
+  if (minor < own.n) {
+    own.fail_at(own.order[static_cast<std::size_t>(minor)]);
+  } else {
+    own.finish();
+  }
+  return made;
+}
+
 SparseCholesky::~SparseCholesky() = default;
 SparseCholesky::SparseCholesky(SparseCholesky&&) noexcept = default;
 SparseCholesky& SparseCholesky::operator=(SparseCholesky&&) noexcept = default;
@@ -255,19 +346,24 @@ Index SparseCholesky::failed_column() const { return impl_->failed; }
 double SparseCholesky::smallest_pivot() const { return impl_->smallest_pivot; }
 Index SparseCholesky::weakest_column() const { return impl_->weakest; }
 Index SparseCholesky::n_rows() const { return impl_->n; }
-double SparseCholesky::bytes() const { return impl_->n == 0 ? 0 : 8 * static_cast<double>(impl_->cholmod.L->xsize); }
-double SparseCholesky::n_nonzeros() const { return impl_->n == 0 ? 0 : impl_->cholmod.common.lnz; }
-double SparseCholesky::flops() const { return impl_->n == 0 ? 0 : impl_->cholmod.common.fl; }
+double SparseCholesky::bytes() const { return impl_->n == 0 ? 0 : 8 * static_cast<double>(impl_->cholmod->L->xsize); }
+double SparseCholesky::n_nonzeros() const { return impl_->n_nonzeros; }
+double SparseCholesky::flops() const { return impl_->flops; }
 
 double SparseCholesky::reciprocal_condition() const {
   if (impl_->n == 0) return 1;
-  return ok() ? cholmod_l_rcond(impl_->cholmod.L, &impl_->cholmod.common) : 0;
+  const double ratio = impl_->least / impl_->largest;
+  return ok() ? ratio * ratio : 0;
 }
 
 void SparseCholesky::solve_in_place(Eigen::Ref<Matrix> B) const {
   assert(ok() && B.rows() == n_rows());
   if (n_rows() == 0 || B.cols() == 0) return;
-  if (B.cols() == 1) return solve(B.data(), B.data());
+  if (B.cols() == 1 && impl_->is_whole) return solve(B.data(), B.data());
+  if (B.cols() <= narrow::width && n_threads() > 1 && n_nonzeros() > worth_sharing) {
+    if (!impl_->shared) impl_->shared = std::make_unique<SharedSolve>(tree(), n_threads());
+    return (*impl_->shared)(B);
+  }
   // The supernodes are too small for BLAS's own threads: each of ours takes panels of right-hand sides instead.
   const Index wanted = std::max<Index>(1, std::min<Index>(n_threads(), B.cols() / least_block));
   const Index rounds = (B.cols() + wanted * solve_block - 1) / (wanted * solve_block);
@@ -308,7 +404,11 @@ Matrix SparseCholesky::solve(const Matrix& B) const {
 void SparseCholesky::solve(const double* b, double* x) const {
   assert(ok());
   if (n_rows() == 0) return;
-  if (!impl_->single.solve(impl_->cholmod.L, const_cast<double*>(b), n_rows(), x, n_rows(), 1)) fail_to_solve(n_rows(), 1);
+  if (!impl_->is_whole) {
+    if (x != b) std::copy_n(b, n_rows(), x);
+    return solve_in_place(Eigen::Map<Matrix>(x, n_rows(), 1));
+  }
+  if (!impl_->single.solve(impl_->cholmod->L, const_cast<double*>(b), n_rows(), x, n_rows(), 1)) fail_to_solve(n_rows(), 1);
 }
 
 SparseMatrix SparseCholesky::solve(const SparseMatrix& B) const {

@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "common/linalg/supernodal.hpp"
 #include "common/types.hpp"
@@ -11,20 +12,25 @@
 namespace cbr {
 
 // A = P^T L L^T P of a symmetric positive definite matrix: CHOLMOD (Chen, Davis, Hager, Rajamanickam 2008, doi
-// 10.1145/1391989.1391995), supernodal, nested dissection (METIS). The same matrix gives the same factor.
+// 10.1145/1391989.1391995), supernodal, nested dissection (METIS) or minimum degree, on the graph of nodes. The same matrix gives the same factor.
 // One object is for one thread at a time.
 class SparseCholesky {
  public:
   // Only the lower triangle of A (n x n) is read. Not positive definite is a result, not an exception: ask ok().
   // RunError when memory does not suffice, with the size of the factor.
   explicit SparseCholesky(const SparseMatrix& A);
+  // The rows `last` (ascending, whole nodes) are eliminated after all others, so that leading() is a factor of these.
+  SparseCholesky(const SparseMatrix& A, const std::vector<Index>& last);
+  // The factor of A without the rows `last`: the first columns of this one, of which it takes the memory, not a copy. It may be
+  // fine where this one is not, as rows outside `last` come first.
+  SparseCholesky leading() const;
   ~SparseCholesky();
   SparseCholesky(SparseCholesky&&) noexcept;
   SparseCholesky& operator=(SparseCholesky&&) noexcept;
 
   bool ok() const;
   Index failed_column() const;          // column of A where a pivot was not positive; -1 when ok
-  double reciprocal_condition() const;  // CHOLMOD's estimate from the diagonal of L
+  double reciprocal_condition() const;  // an estimate from the diagonal of L
   // min over the columns of L_jj^2 / A_jj, and the column of A where it is: what elimination left of the diagonal. Independent
   // of units and of stiffness ratios between parts, so it is the test for a singular A that round-off let pass (below 1e-13).
   double smallest_pivot() const;

@@ -256,7 +256,7 @@ Eigenpairs sparse_eigenpairs(const SparseMatrix& K, const SparseMatrix& M, const
 }
 
 Eigenpairs sparse_eigenpairs_beyond(const SparseMatrix& M, const SparseCholesky& factor, const Matrix& Phi, Index k,
-                                    double tolerance) {
+                                    double tolerance, const PairsWanted& wanted) {
   assert(Phi.rows() == M.rows() && k > 0);
   const auto project = [&](Eigen::Ref<Matrix> B) {
     const Matrix M_B = M * B;
@@ -264,6 +264,7 @@ Eigenpairs sparse_eigenpairs_beyond(const SparseMatrix& M, const SparseCholesky&
   };
   BlockLanczosOptions options;
   options.tolerance = tolerance;
+  options.wanted = wanted;
   if (Phi.cols() > 0) {
     const Vector M_phi = M * Phi.col(0);
     Vector x(M_phi.size());

@@ -59,13 +59,13 @@ void SupernodeTree::invert_tiles() {
   const SingleThreadedBlas blas;
   inverse_.resize(tile, factor_.n);
   for (Index s = 0; s < factor_.n_super; ++s) {
-    const Index height = factor_.height(s);
+    const Index stride = factor_.stride(s);
     for (Index j = 0; j < factor_.columns(s); j += tile) {
       const Index size = std::min(tile, factor_.columns(s) - j);
       auto inverse = inverse_.block(0, factor_.first(s) + j, size, size);
       inverse.setIdentity();
       cblas_dtrsm(CblasColMajor, CblasLeft, CblasLower, CblasNoTrans, CblasNonUnit, as_int(size), as_int(size), 1.0,
-                  factor_.x + factor_.px[s] + j * (height + 1), as_int(height), inverse.data(), as_int(tile));
+                  factor_.x + factor_.px[s] + j * (stride + 1), as_int(stride), inverse.data(), as_int(tile));
     }
   }
 }
@@ -94,14 +94,14 @@ PanelSolver::PanelSolver(const SupernodeTree& tree, Index width) : tree_(tree), 
 // X_1^T <- X_1^T L_1^-T   (w x columns)
 void PanelSolver::solve_diagonal(Index s, Eigen::Ref<Matrix> X_t) {
   const Index w = X_t.rows(), columns = factor_.columns(s), first = factor_.first(s);
-  const int height = as_int(factor_.height(s)), stride = as_int(X_t.outerStride()), work_stride = as_int(work_.outerStride());
+  const int L_stride = as_int(factor_.stride(s)), stride = as_int(X_t.outerStride()), work_stride = as_int(work_.outerStride());
   const double* L = factor_.x + factor_.px[s];
   for (Index j = 0; j < columns; j += SupernodeTree::tile) {
     const Index size = std::min(SupernodeTree::tile, columns - j);
     auto X_j = X_t.middleCols(first + j, size);
     if (j > 0)
       cblas_dgemm(CblasColMajor, CblasNoTrans, CblasTrans, as_int(w), as_int(size), as_int(j), -1.0, X_t.col(first).data(), stride,
-                  L + j, height, 1.0, X_j.data(), stride);
+                  L + j, L_stride, 1.0, X_j.data(), stride);
     cblas_dgemm(CblasColMajor, CblasNoTrans, CblasTrans, as_int(w), as_int(size), as_int(size), 1.0, X_j.data(), stride,
                 tree_.inverse(first + j), as_int(SupernodeTree::tile), 0.0, work_.data(), work_stride);
     X_j = work_.topLeftCorner(w, size);
@@ -111,14 +111,14 @@ void PanelSolver::solve_diagonal(Index s, Eigen::Ref<Matrix> X_t) {
 // X_1^T <- X_1^T L_1^-1   (w x columns)
 void PanelSolver::solve_diagonal_transposed(Index s, Eigen::Ref<Matrix> X_t) {
   const Index w = X_t.rows(), columns = factor_.columns(s), first = factor_.first(s);
-  const int height = as_int(factor_.height(s)), stride = as_int(X_t.outerStride()), work_stride = as_int(work_.outerStride());
+  const int L_stride = as_int(factor_.stride(s)), stride = as_int(X_t.outerStride()), work_stride = as_int(work_.outerStride());
   const double* L = factor_.x + factor_.px[s];
   for (Index j = (columns - 1) / SupernodeTree::tile * SupernodeTree::tile; j >= 0; j -= SupernodeTree::tile) {
     const Index size = std::min(SupernodeTree::tile, columns - j), after = columns - j - size;
     auto X_j = X_t.middleCols(first + j, size);
     if (after > 0)
       cblas_dgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, as_int(w), as_int(size), as_int(after), -1.0,
-                  X_t.col(first + j + size).data(), stride, L + j * height + j + size, height, 1.0, X_j.data(), stride);
+                  X_t.col(first + j + size).data(), stride, L + j * L_stride + j + size, L_stride, 1.0, X_j.data(), stride);
     cblas_dgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, as_int(w), as_int(size), as_int(size), 1.0, X_j.data(), stride,
                 tree_.inverse(first + j), as_int(SupernodeTree::tile), 0.0, work_.data(), work_stride);
     X_j = work_.topLeftCorner(w, size);
@@ -127,21 +127,22 @@ void PanelSolver::solve_diagonal_transposed(Index s, Eigen::Ref<Matrix> X_t) {
 
 void PanelSolver::narrow_forward(Index s, double* X_t) {
   constexpr Index w = narrow::width, tile = SupernodeTree::tile;
-  const Index columns = factor_.columns(s), first = factor_.first(s), height = factor_.height(s), below = height - columns;
+  const Index columns = factor_.columns(s), first = factor_.first(s), below = factor_.height(s) - columns;
+  const Index stride = factor_.stride(s);
   const double* L = factor_.x + factor_.px[s];
   double *X_1 = X_t + w * first, *work = work_.data();
   for (Index j = 0; j < columns; j += tile) {
     const Index size = std::min(tile, columns - j);
     double* X_j = X_1 + w * j;
     if (j > 0) {
-      narrow::multiply(L + j, height, size, j, X_1, work);
+      narrow::multiply(L + j, stride, size, j, X_1, work);
       for (Index i = 0; i < w * size; ++i) X_j[i] -= work[i];
     }
     narrow::multiply(tree_.inverse(first + j), tile, size, size, X_j, work);
     std::copy_n(work, w * size, X_j);
   }
   // X_2^T -= X_1^T L_2^T   (w x below)
-  narrow::multiply(L + columns, height, below, columns, X_1, work);
+  narrow::multiply(L + columns, stride, below, columns, X_1, work);
   const Index* rows = factor_.rows + factor_.pi[s] + columns;
   for (Index i = 0; i < below; ++i)
     for (Index c = 0; c < w; ++c) X_t[w * rows[i] + c] -= work[w * i + c];
@@ -149,17 +150,18 @@ void PanelSolver::narrow_forward(Index s, double* X_t) {
 
 void PanelSolver::narrow_backward(Index s, double* X_t) {
   constexpr Index w = narrow::width, tile = SupernodeTree::tile;
-  const Index columns = factor_.columns(s), first = factor_.first(s), height = factor_.height(s), below = height - columns;
+  const Index columns = factor_.columns(s), first = factor_.first(s), below = factor_.height(s) - columns;
+  const Index stride = factor_.stride(s);
   const double* L = factor_.x + factor_.px[s];
   double *X_1 = X_t + w * first, *work = work_.data();
   const Index* rows = factor_.rows + factor_.pi[s] + columns;
   for (Index i = 0; i < below; ++i) std::copy_n(X_t + w * rows[i], w, work + w * i);
   // X_1^T -= X_2^T L_2   (w x columns)
-  narrow::subtract_transposed(L + columns, height, below, columns, work, X_1);
+  narrow::subtract_transposed(L + columns, stride, below, columns, work, X_1);
   for (Index j = (columns - 1) / tile * tile; j >= 0; j -= tile) {
     const Index size = std::min(tile, columns - j), after = columns - j - size;
     double* X_j = X_1 + w * j;
-    narrow::subtract_transposed(L + j * height + j + size, height, after, size, X_j + w * size, X_j);
+    narrow::subtract_transposed(L + j * stride + j + size, stride, after, size, X_j + w * size, X_j);
     // X_j^T <- X_j^T L_jj^-1 = -(0 - X_j^T L_jj^-1)
     std::fill_n(work, w * size, 0.0);
     narrow::subtract_transposed(tree_.inverse(first + j), tile, size, size, X_j, work);
@@ -188,7 +190,7 @@ void PanelSolver::forward(Eigen::Ref<Matrix> X_t, const SupernodeSet& set) {
         const Index count = std::min(slabs.columns, below - i);
         // X_2^T -= X_1^T L_2^T   (w x below)
         cblas_dgemm(CblasColMajor, CblasNoTrans, CblasTrans, as_int(m), as_int(count), as_int(columns), 1.0, X_1, stride,
-                    factor_.x + factor_.px[s] + columns + i, as_int(height), 0.0, work_.data(), as_int(m));
+                    factor_.x + factor_.px[s] + columns + i, as_int(factor_.stride(s)), 0.0, work_.data(), as_int(m));
         for (Index j = 0; j < count; ++j) cblas_daxpy(as_int(m), -1.0, work_.data() + j * m, 1, X_t.col(rows[i + j]).data() + r, 1);
       }
     }
@@ -215,7 +217,7 @@ void PanelSolver::backward(Eigen::Ref<Matrix> X_t, const SupernodeSet& set) {
         for (Index j = 0; j < count; ++j) std::copy_n(X_t.col(rows[i + j]).data() + r, m, work_.data() + j * m);
         // X_1^T -= X_2^T L_2   (w x columns)
         cblas_dgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, as_int(m), as_int(columns), as_int(count), -1.0, work_.data(),
-                    as_int(m), factor_.x + factor_.px[s] + columns + i, as_int(height), 1.0, X_1, stride);
+                    as_int(m), factor_.x + factor_.px[s] + columns + i, as_int(factor_.stride(s)), 1.0, X_1, stride);
       }
     }
     solve_diagonal_transposed(s, X_t);

@@ -20,6 +20,8 @@ struct SupernodalFactor {
   Index first(Index s) const { return super[s]; }
   Index columns(Index s) const { return super[s + 1] - super[s]; }
   Index height(Index s) const { return pi[s + 1] - pi[s]; }
+  // From one column's values to the next's: the height, or more where rows at the end belong to no view.
+  Index stride(Index s) const { return (px[s + 1] - px[s]) / columns(s); }
 };
 
 // Supernodes that a solve visits, in ascending order, and what it costs.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "common/linalg/dense.hpp"
 #include "common/linalg/eigenpairs.hpp"
+#include "common/linalg/dense.hpp"
 
 #include <gtest/gtest.h>
 
@@ -157,6 +157,29 @@ TEST(SparseEigenpairs, SlenderPartsDoNotAskForMoreThanRoundOffAllows) {
   for (Index j = 0; j < k; ++j) {
     const double root = 2 - 2 * std::cos(std::numbers::pi * static_cast<double>(j + 1) / static_cast<double>(n + 1));
     EXPECT_NEAR(pairs.lambda[j], root * root, 1e-13) << j;  // |K| = 16
+  }
+}
+
+TEST(SparseEigenpairs, FewAreFoundToTheToleranceWhereFrequenciesAreEnough) {
+  const SparseMatrix K = grid_stiffness(14, true);
+  SparseMatrix M(K.rows(), K.rows());
+  M.setIdentity();
+  // A grid of three unlike lengths has no equal eigenvalues
+  SparseMatrix A = K;
+  for (Index i = 0; i < A.rows(); ++i)
+    A.coeffRef(i, i) += 0.01 * static_cast<double>(i % 14) + 0.003 * static_cast<double>(i / 196);
+  const SparseCholesky factor(A);
+  const Index k = 32;
+  const Eigenpairs exact = sparse_eigenpairs(A, M, factor, 0, k);
+  PairsWanted wanted;
+  wanted.exact = 11;
+  const Eigenpairs pairs = sparse_eigenpairs_beyond(M, factor, Matrix(A.rows(), 0), k, 1e-10, wanted);
+  ASSERT_TRUE(pairs.converged);
+  ASSERT_EQ(pairs.lambda.size(), k);
+  EXPECT_LT((pairs.lambda - exact.lambda).cwiseQuotient(exact.lambda).cwiseAbs().maxCoeff(), 1e-6);
+  for (Index j = 0; j < k; ++j) {
+    const Vector x = pairs.Phi.col(j);
+    EXPECT_LT((A * x - pairs.lambda(j) * x).norm(), (j < 11 ? 1e-7 : 1e-2) * pairs.lambda(j)) << j;
   }
 }
 

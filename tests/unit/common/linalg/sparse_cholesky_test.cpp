@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <optional>
+
 #include "tests/unit/common/linalg/grid_matrices.hpp"
 
 namespace cbr::test {
@@ -125,6 +128,83 @@ TEST(SparseCholesky, TellsASingularMatrixByItsPivots) {
   scale.head(100).setConstant(1e-14);
   const SparseMatrix scaled = scale.asDiagonal() * K * scale.asDiagonal();
   EXPECT_GT(SparseCholesky(scaled).smallest_pivot(), 1e-2);
+}
+
+// Three dofs a node, all of which meet.
+SparseMatrix with_three_dofs(const SparseMatrix& K) {
+  const Matrix3 coupling = (Matrix3() << 2, 0.5, 0.25, 0.5, 3, -0.5, 0.25, -0.5, 1).finished();
+  Triplets entries;
+  for (Index j = 0; j < K.cols(); ++j)
+    for (SparseMatrix::InnerIterator it(K, j); it; ++it)
+      for (Index a = 0; a < 3; ++a)
+        for (Index b = 0; b < 3; ++b) entries.emplace_back(3 * it.row() + a, 3 * j + b, coupling(a, b) * it.value());
+  SparseMatrix A(3 * K.rows(), 3 * K.cols());
+  A.setFromTriplets(entries.begin(), entries.end());
+  return A;
+}
+
+SparseMatrix without(const SparseMatrix& A, const std::vector<Index>& rows) {
+  std::vector<Index> left;
+  for (Index i = 0; i < A.rows(); ++i)
+    if (!std::binary_search(rows.begin(), rows.end(), i)) left.push_back(i);
+  return SparseMatrix(Matrix(Matrix(A)(left, left)).sparseView());
+}
+
+TEST(SparseCholesky, FirstColumnsAreAFactorOfWhatIsNotLast) {
+  for (const Index dofs : {Index{1}, Index{3}}) {
+    const SparseMatrix K = grid_stiffness(7, true), A = dofs == 3 ? with_three_dofs(K) : K;
+    std::vector<Index> last;  // a face, and a node far from it
+    for (Index i = 0; i < A.rows(); ++i)
+      if (i / dofs < 49 || i / dofs == 300) last.push_back(i);
+    const SparseMatrix inner = without(A, last);
+    std::optional<SparseCholesky> leading;
+    {
+      const SparseCholesky whole(A, last);
+      ASSERT_TRUE(whole.ok());
+      const Matrix B = random_like(A.rows(), 37, 0.2);
+      EXPECT_LT(residual(A, whole.solve(B), B), 1e-13);
+      const SupernodalFactor& f = whole.tree().factor();
+      EXPECT_TRUE(std::equal(last.begin(), last.end(), f.order + inner.rows()));
+      leading = whole.leading();
+    }
+    ASSERT_TRUE(leading->ok());
+    EXPECT_EQ(leading->n_rows(), inner.rows());
+    for (const Index columns : {1, 8, 37}) {
+      const Matrix B = random_like(inner.rows(), columns, 0.1);
+      EXPECT_LT(residual(inner, leading->solve(B), B), 1e-13) << columns;
+    }
+    const Vector b = random_like(inner.rows(), 1, 0.7).col(0);
+    Vector x(b.size());
+    leading->solve(b.data(), x.data());
+    EXPECT_LT(residual(inner, x, b), 1e-13);
+    const SparseCholesky own(inner);
+    EXPECT_GT(leading->smallest_pivot(), 1e-3);
+    EXPECT_LT(leading->n_nonzeros(), 2 * own.n_nonzeros());
+    SparseMatrix I(inner.rows(), inner.rows());
+    I.setIdentity();
+    for (const double sigma : {0.7, 3.3})
+      EXPECT_EQ(negative_inertia(inner, sigma, I, *leading), negative_inertia(inner - sigma * I));
+  }
+}
+
+TEST(SparseCholesky, WhatIsNotLastMayBeFineWhereTheWholeIsNot) {
+  const SparseMatrix free = grid_stiffness(6, false);
+  const std::vector<Index> last{3, 100, 215};
+  SparseMatrix A = free;
+  A.coeffRef(100, 100) = -1;
+  const SparseCholesky whole(A, last), leading = whole.leading();
+  EXPECT_FALSE(whole.ok());
+  EXPECT_EQ(whole.failed_column(), 100);
+  ASSERT_TRUE(leading.ok());
+  const SparseMatrix inner = without(A, last);
+  const Matrix B = random_like(inner.rows(), 5, 0.1);
+  EXPECT_LT(residual(inner, leading.solve(B), B), 1e-12);
+  // And a failure before them is the leading one's, by its own number
+  A.coeffRef(50, 50) = -1;
+  const SparseCholesky failed = SparseCholesky(A, last).leading();
+  EXPECT_FALSE(failed.ok());
+  EXPECT_EQ(failed.failed_column(), 49);
+  EXPECT_EQ(SparseCholesky(free, {}).leading().n_rows(), free.rows());
 }
 
 TEST(SparseCholesky, TinyMatrices) {
