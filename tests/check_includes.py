@@ -4,7 +4,8 @@
 
 reducer, skinner and dynamics include common and themselves, never each other; common includes nothing above it; dynamics/contact sees
 no body; each third-party C header stands in one .cpp; only report.cpp and program.cpp print. Eigen's decompositions, which take the
-compiler seconds a file, stand in common/linalg, in tests too. Exit 1 and a line per breach.
+compiler seconds a file, stand in common/linalg, in tests too. Folders include what the table of docs/architecture.md says, all of it, and
+the files that it names exist. Exit 1 and a line per breach.
 """
 import pathlib
 import re
@@ -44,6 +45,41 @@ def decompositions(name, text):
             yield f"{name}: {found.group().strip()}: use common/linalg/dense.hpp, which is compiled once"
 
 
+ARCHITECTURE = ROOT / "docs" / "architecture.md"
+TABLE_ROW = re.compile(r"^\| `([\w/]+)` \|[^|]*\|([^|]*)\|$", re.M)
+
+
+def folder_includes():
+    """Folder -> {folder that it includes: one of its files that does}."""
+    found = {}
+    for part in PARTS:
+        for path in sorted((ROOT / part).rglob("*.[ch]pp")):
+            name = path.relative_to(ROOT)
+            own = found.setdefault(name.parent.as_posix(), {})
+            for header in INCLUDE.findall(path.read_text()):
+                target = pathlib.PurePosixPath(header).parent.as_posix()
+                if target.split("/")[0] in PARTS and target != name.parent.as_posix():
+                    own.setdefault(target, name.as_posix())
+    return found
+
+
+def architecture(text, found):
+    """Breaches between the table of docs/architecture.md and folder_includes()."""
+    table = {folder: set(re.findall(r"`([\w/]+)`", row)) for folder, row in TABLE_ROW.findall(text)}
+    for folder in sorted(found.keys() - table.keys()):
+        yield f"docs/architecture.md: {folder} has no row"
+    for folder in sorted(table.keys() - found.keys()):
+        yield f"docs/architecture.md: {folder} has a row and no sources"
+    for folder in sorted(table.keys() & found.keys()):
+        for target in sorted(found[folder].keys() - table[folder]):
+            yield f"{found[folder][target]}: {folder} includes {target}, which its row in docs/architecture.md does not allow"
+        for target in sorted(table[folder] - found[folder].keys()):
+            yield f"docs/architecture.md: the row of {folder} allows {target}, which no file there includes"
+    for name in re.findall(r"`((?:%s)/[\w/]+\.[ch]pp)`" % "|".join(PARTS), text):
+        if not (ROOT / name).exists():
+            yield f"docs/architecture.md: names {name}, which does not exist"
+
+
 def main():
     breaches, users = [], {}
     for path in sorted((ROOT / "tests").rglob("*.[ch]pp")):
@@ -67,6 +103,7 @@ def main():
                 breaches.append(f"{name}: prints: only {', '.join(sorted(MAY_PRINT))} may")
             if path.name == "main.cpp" and text.count("\n") > 60:
                 breaches.append(f"{name}: {text.count(chr(10))} lines: main.cpp has at most 60")
+    breaches += architecture(ARCHITECTURE.read_text(), folder_includes())
     for header, names in users.items():
         if len(names) > ONE_PLACE[header] or any(not n.endswith(".cpp") for n in names if ONE_PLACE[header] == 1):
             breaches.append(f"{header} is included in {', '.join(names)}: at most {ONE_PLACE[header]} .cpp may")
