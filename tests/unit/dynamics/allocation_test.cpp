@@ -28,6 +28,9 @@ void* __wrap_malloc(std::size_t size) {
 }
 }
 
+// __real_malloc is malloc(), which GCC cannot know
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wmismatched-new-delete"
 void* operator new(std::size_t size) {
   ++n_allocations;
   if (void* memory = __real_malloc(size > 0 ? size : 1)) return memory;
@@ -35,6 +38,7 @@ void* operator new(std::size_t size) {
 }
 void operator delete(void* memory) noexcept { std::free(memory); }
 void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+#pragma GCC diagnostic pop
 
 namespace cbr {
 namespace {
