@@ -37,13 +37,15 @@ class ClosedResponse {
   double point_scale(Index point) const { return point_scale_[point]; }  // s of any point; 0 where w = 0
 
  private:
+  void add_rows(std::size_t begin, std::size_t past, float* y) const;
+
   std::vector<Index> points_, position_, row_, start_;
   std::vector<double> scale_, point_scale_;
   std::vector<float> lower_;     // left of the diagonal, rows padded with zeros
   std::vector<float> diagonal_;  // n_rows()
   std::vector<float> normals_;   // for each row here, the normal rows of all points, padded
   Index normal_stride_ = 0;
-  mutable std::vector<float> x_, y_;
+  mutable std::vector<float> x_, y_, below_;
 };
 
 }  // namespace cbr
