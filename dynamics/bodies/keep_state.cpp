@@ -29,7 +29,7 @@ void SuperelementBody::keep_state(StateArchive& archive) {
 void StaticsBody::keep_state(StateArchive& archive) {
   modal_.keep_state(archive);
   archive.expect(static_cast<Index>(sets_.size()));
-  archive(g_, g_before_, eta_before_, loads_now_, t_, h_, work_, was_in_contact_, has_force_);
+  archive(g_, g_before_, eta_before_, loads_now_, t_, h_, work_, was_in_contact_, has_force_, still_left_);
   for (NodeSet& set : sets_) archive(set.w, set.force, set.friction);
 }
 

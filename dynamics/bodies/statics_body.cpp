@@ -73,30 +73,45 @@ void StaticsBody::predicted_positions(Index set, Points& x) const {
 void StaticsBody::predict(double t, double h) {
   t_ = t;
   h_ = h;
-  is_pushed_ = false;
+  following_ = form_->following(h);
   modal_.predict(t, h);
-  for (NodeSet& set : sets_)
-    for (Vector* x : {&set.w_end, &set.force_end, &set.friction_end}) x->setZero();
-  g_end_.setZero();
+  const double left = follow_on(1 - h / following_);
+  for (NodeSet& set : sets_) {
+    set.w_end = left * set.w;
+    set.force_end = left * set.force;
+    set.friction_end = left * set.friction;
+  }
+  g_end_ = left * g_;
   for (std::size_t l = 0; l < loads_.size(); ++l) {
     loads_end_[l] = loads_[l].history.value(t + h);
-    g_end_ += loads_end_[l] * loads_[l].f;
-    for (NodeSet& set : sets_) take_rows(loads_[l].Ff, set.of->row, loads_end_[l], set.w_end);
+    const double change = loads_end_[l] - left * loads_now_[l];
+    g_end_ += change * loads_[l].f;
+    for (NodeSet& set : sets_) take_rows(loads_[l].Ff, set.of->row, change, set.w_end);
   }
 }
 
-// B^T T^T impulses / h
+// What a step leaves of the statics' force: `share`, and nothing once that has died away.
+double StaticsBody::follow_on(double share) {
+  is_pushed_ = has_force_ && share > 0;
+  if (!is_pushed_) return 0;
+  still_left_ *= share;
+  is_pushed_ = still_left_ > 1e-14;
+  return is_pushed_ ? share : 0;
+}
+
+// B^T T^T impulses / following(h)
 void StaticsBody::pressed_by(const NodeSet& set, const Points& impulses, Vector& pressed) const {
   const StaticRows& rows = *set.of->rows;
   pressed.resize(rows.size());
   for (Index i = 0; i < rows.size(); ++i)
-    pressed[i] = rows.direction.row(i).dot((T_.transpose() * impulses.row(rows.node[i]).transpose()).transpose()) / h_;
+    pressed[i] = rows.direction.row(i).dot((T_.transpose() * impulses.row(rows.node[i]).transpose()).transpose()) / following_;
 }
 
-// lambda += pressed, in all that is kept of it; still: F lambda of the set's rows.
+// g += pressed, in all that is kept of it; still: F pressed of the set's rows.
 void StaticsBody::push(Index set, const Vector& pressed, const Vector& still) {
   NodeSet& its = sets_[set];
   is_pushed_ = true;
+  still_left_ = 1;
   its.w_end += still;
   its.force_end += pressed;
   for (Index i = 0; i < pressed.size(); ++i) g_end_[its.of->row[i]] += pressed[i];
@@ -148,7 +163,8 @@ Vector3 StaticsBody::add_velocities(Index, const Points&, const Vector3&) {
 
 Points StaticsBody::nodal_masses(Index set) const { return Points::Zero(static_cast<Index>(sets_[set].of->nodes.size()), 3); }
 
-// The statics' energy 1/2 g . F g changes by exactly what mean forces do on its displacements.
+// The statics' energy 1/2 g . F g changes by exactly what mean forces do on its displacements. What lambda does beyond that is
+// lost.
 void StaticsBody::accept() {
   for (NodeSet& set : sets_) {
     if (is_pushed_ || has_force_) {

@@ -11,8 +11,9 @@
 
 namespace cbr {
 
-// u_c = V_c eta + B F B^T (f + lambda). Contact at the end of a step finds the force lambda there, given as impulse / h: the
-// interface moves by B F B^T lambda, which is in its response.
+// u_c = V_c eta + B F B^T (f + g). Contact at the end of a step finds the force lambda there, given as impulse / h. Statics follow
+// it: g_end = (1 - theta) g + theta lambda, theta = h / StaticsForm::following(h), 1 at the critical step and above. The interface
+// moves by theta B F B^T lambda, which is in its response.
 // Massless: the modes feel lambda from then on as half a kick before and half a kick after that moment. With Scheme::exact that is
 // Gautschi's trigonometric scheme, by the gain of set_contact_step(); with central differences leapfrog. docs/theory.md, 4. Not
 // with Scheme::newmark. Shapes with mass: the modes get the impulse at the start of the step, as those of SuperelementBody. The
@@ -67,7 +68,7 @@ class StaticsBody final : public Body {
   void keep_state(StateArchive& archive) override;
 
  private:
-  // Of the set's static rows (s'), now and at the end of the step. w: F (f + lambda); force, friction: lambda.
+  // Of the set's static rows (s'), now and at the end of the step. w: F (f + g); force, friction: g, of all and of friction.
   struct NodeSet {
     Index modal = 0;
     std::shared_ptr<const StaticsForm::OfNodes> of;
@@ -83,6 +84,7 @@ class StaticsBody final : public Body {
     LoadHistory history;
   };
 
+  double follow_on(double share);
   void add_rows(const NodeSet& set, const Vector& w, Points& x) const;
   void pressed_by(const NodeSet& set, const Points& impulses, Vector& rows) const;
   void push(Index set, const Vector& pressed, const Vector& still);
@@ -97,15 +99,16 @@ class StaticsBody final : public Body {
   std::vector<NodeSet> sets_;
   std::vector<MeanSet> means_;
   std::vector<StaticLoad> loads_;
-  Vector g_, g_end_, g_before_;  // s, f + lambda along the rows; before: of the last step
+  Vector g_, g_end_, g_before_;  // s, f + g along the rows; before: of the last step
   Vector eta_before_;
   std::vector<double> loads_now_, loads_end_;  // values of the histories
   Vector pressed_, rubbed_;                    // workspaces: impulses / h along a set's rows
   Matrix rows_, still_;
   std::vector<Index> columns_;
-  double t_ = 0, h_ = 0;
-  bool is_pushed_ = false, was_in_contact_ = false;  // in this step; at the start or the end of the last one
-  bool has_force_ = false;                           // now
+  double t_ = 0, h_ = 0, following_ = 0;
+  bool is_pushed_ = false, was_in_contact_ = false;  // has g at the end of this step; at the start or the end of the last one
+  bool has_force_ = false;                           // has g now
+  double still_left_ = 0;                            // of g since contact last pushed, a share
   BodyWork work_;                                    // of the statics
 };
 

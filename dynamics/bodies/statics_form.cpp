@@ -148,6 +148,8 @@ std::shared_ptr<const StaticsForm::OfNodes> StaticsForm::of_nodes(const NodeRows
   return of;
 }
 
+double StaticsForm::following(double h) const { return is_massless || omega_limit == 0 ? h : std::max(h, 1 / omega_limit); }
+
 std::shared_ptr<const ThinResponse> StaticsForm::response(const std::shared_ptr<const OfNodes>& nodes, const ResponseOf& of,
                                                           const Vector& weight) const {
   for (const Known& known : known_)
@@ -157,7 +159,7 @@ std::shared_ptr<const ThinResponse> StaticsForm::response(const std::shared_ptr<
   Matrix C;
   if (nodes->A->rows() > 0)
     C = nodes->Q.size() > 0 ? Matrix(nodes->Q.transpose() * weight.asDiagonal() * nodes->Q) : Matrix(weight.asDiagonal());
-  auto response = std::make_shared<ThinResponse>(ThinResponse{nodes->A, C, nodes->rows, of.h});
+  auto response = std::make_shared<ThinResponse>(ThinResponse{nodes->A, C, nodes->rows, following(of.h)});
   if (of_velocity) response->rows = no_rows(nodes->nodes.size()), response->h = 1;
   known_.push_back({nodes, of, response});
   return response;

@@ -21,8 +21,12 @@ struct StaticsForm {
   bool is_massless = false;
   double omega_limit = 0;  // rad/s, limits a step: massless, with the interface held; else the highest of `modal`
 
-  // The rows of some nodes, numbered by their places in `nodes`, and the shapes that these move in, V_c^T = Q A, kept for those that
-  // ask for the same again.
+  // The time over which statics follow a force, at least the step h: a force f moves them by F f h / following(h) in it. Beside
+  // shapes with mass that is 1 / omega_limit or more: else contact bounces on them in short steps. docs/theory.md, (9h).
+  double following(double h) const;
+
+  // The rows of some nodes, numbered by their places in `nodes`, and the shapes that these move in, V_c^T = Q A, kept for those
+  // that ask for the same again.
   struct OfNodes {
     std::vector<Index> nodes;
     std::vector<Index> row;  // s', of `rows`

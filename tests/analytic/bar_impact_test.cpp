@@ -61,11 +61,13 @@ struct Way {
   const char* name;
   bool mesh1, mesh2;
   const char *integrator, *enforcement;
+  bool few_shapes = false;  // superelements of basis characteristic, with as many modes as elements
 };
 
 constexpr Way full{"mesh", true, true, "central-difference", "impulse"};
 constexpr Way reduced{"superelement", false, false, "exact", "impulse"};
 constexpr Way reduced_central{"superelement, central", false, false, "central-difference", "impulse"};
+constexpr Way shapes{"few shapes", false, false, "exact", "impulse", true};
 constexpr Way mixed{"mesh on superelement", true, false, "exact", "impulse"};
 constexpr Way penalty{"mesh, penalty", true, true, "central-difference", "penalty"};
 constexpr Way reduced_penalty{"superelement, penalty", false, false, "exact", "penalty"};
@@ -80,6 +82,8 @@ Errors measure(const Case& c, const Way& way, Index n) {
   // Elements of about one transit time in both
   scene.bars[0].n = n, scene.bars[1].n = std::lround(double(n) * c.second.transit() / c.first.transit());
   scene.bars[0].mesh = way.mesh1, scene.bars[1].mesh = way.mesh2;
+  if (way.few_shapes)
+    for (Bar& bar : scene.bars) bar.basis = "characteristic", bar.modes = bar.n;
   scene.integrator = way.integrator, scene.enforcement = way.enforcement;
   if (scene.enforcement == "penalty") scene.step = "{cfl: 0.5}";
   scene.end = c.end, scene.every = 0;
@@ -128,6 +132,7 @@ void expect_all(const Case& c, double order, double finest, double mixed_order) 
   expect_convergence(c, full, many, order, finest);
   expect_convergence(c, reduced, few, order, 2 * finest);
   expect_convergence(c, mixed, few, mixed_order, 2 * finest);
+  expect_convergence(c, shapes, few, order, 2 * finest);
   expect_convergence(c, penalty, many, 0, 2 * finest);
   expect_convergence(c, reduced_penalty, few, 0, 4 * finest);
 }

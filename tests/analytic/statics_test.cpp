@@ -76,7 +76,7 @@ TEST(Statics, APressedBarHasTheForceAndTheCompressionOfStatics) {
   }
 }
 
-// At the critical step and at a tenth of it: the rebound is that of the full interface, and energy never rises.
+// At the critical step, a tenth and a thousandth of it: the rebound is that of the full interface, and energy never rises.
 TEST(Statics, AFlatImpactLosesWhatItShould) {
   Block p;
   p.n = {8, 3, 3}, p.instance = ", position: [0.01, 0, 0], velocity: [-1, 0, 0]", p.end = 0.12, p.every = 0.005;
@@ -88,7 +88,7 @@ TEST(Statics, AFlatImpactLosesWhatItShould) {
   const double expected = rebound(run(full));
   for (const char* integrator : {"exact", "central-difference"}) {
     p.integrator = integrator;
-    for (const double share : {1.0, 0.1}) {
+    for (const double share : {1.0, 0.1, 0.001}) {
       p.step = "{cfl: " + text(share) + "}";
       const Ran ran = run(p);
       std::printf("%-18s %g of the critical step: %ld steps, rebound %.4f (full interface %.4f), energy kept %.4f, gain %.1e\n",
@@ -171,7 +171,7 @@ TEST(Statics, DoNotDependOnAxesAndUnits) {
         turn + ", position: " + text(Vector3(T * Vector3(0, 0, 0.01 * metre))) +
         ", velocity: " + text(Vector3(T * Vector3(0.3, 0, -1) * metre)) +
         "}}\nwalls: {floor: {plane: {point: [0, 0, 0], normal: " + text(Vector3(T.col(2))) +
-        "}}}\ncontact: [{between: [b.z_min, floor]}]\ntime: {end: 0.1, step: 1.0e-4}\n"
+        "}}}\ncontact: [{between: [b.z_min, floor]}]\ntime: {end: 0.09, step: 1.0e-4}\n"
         "output: {every: 0.01, history: [b.z_min]}\n");
     std::vector<Vector3> positions;
     for (std::size_t i = 0; i < ran.result.time.size(); ++i)
@@ -215,6 +215,39 @@ TEST(Statics, GoOnFromACheckpointBitForBit) {
   EXPECT_EQ(rest.monitor("b.x_min").mean_position.values, whole.monitor("b.x_min").mean_position.values);
   EXPECT_EQ(rest.monitor("b.x_min").force.values, whole.monitor("b.x_min").force.values);
   EXPECT_EQ(rest.result.total, whole.result.total);
+}
+
+struct Slid {
+  double momentum, work;  // along the wall, of the speed along it before; of friction, of the energy before
+};
+
+// A block is thrown on a wall and along it.
+Slid thrown(const std::string& reduction, double share, Index refined) {
+  Block p;
+  p.n = {6 * refined, 4 * refined, 3 * refined}, p.size = Vector3(1, 0.8, 0.6), p.contact += ", friction: 0.3";
+  p.instance = ", position: [0.01, 0, 0], velocity: [-1, 0.3, 0]", p.end = 0.12, p.every = 0.12;
+  p.step = "{cfl: " + text(share) + "}", p.reduction = reduction;
+  if (reduction.empty()) p.reduction = "modes: 1", p.instance += ", as: mesh", p.integrator = "central-difference";
+  const Ran ran = run(p);
+  EXPECT_LT(test::energy_residual(ran.result), 1e-9) << reduction << share;
+  EXPECT_LT(largest_gain(ran), 1e-3) << reduction << share;
+  const Slid slid{test::at(ran.body("b").momentum, last(ran))[1] / test::at(ran.body("b").momentum, 0)[1],
+                  -ran.result.work_friction.back() / ran.result.total[0]};
+  std::printf("%-36s %6.3f of the critical step, mesh %ld: momentum along the wall %.4f, work of friction %.4f\n",
+              reduction.c_str(), share, long(refined), slid.momentum, slid.work);
+  return slid;
+}
+
+// Of what they converge to, momentum is as near to that of a finer mesh as the full interface's on the same one.
+TEST(Statics, FrictionConvergesWithTheStep) {
+  const Slid finest = thrown("", 1, 3), full = thrown("modes: 20", 0.0625, 1);
+  for (const char* reduction : {"basis: characteristic, modes: 20", "basis: characteristic, modes: 60"}) {
+    const Slid coarse = thrown(reduction, 1, 1), fine = thrown(reduction, 0.0625, 1), finer = thrown(reduction, 0.03125, 1);
+    EXPECT_NEAR(coarse.momentum, finer.momentum, 0.025) << reduction;
+    EXPECT_NEAR(fine.momentum, finer.momentum, 0.003) << reduction;
+    EXPECT_NEAR(fine.work, finer.work, 0.0015) << reduction;
+    EXPECT_LT(std::abs(finer.momentum - finest.momentum), std::abs(full.momentum - finest.momentum) + 1e-3) << reduction;
+  }
 }
 
 // Friction pulls along the face: without its statics there, the answer would be one of the shapes' choice.

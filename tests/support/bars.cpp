@@ -13,9 +13,8 @@ std::string yaml(const BarScene& scene) {
     const Index nodes = (b.across + 1) * (b.across + 1), all = 3 * nodes * (b.n - 1);
     components += "  c" + name + ": {mesh: " + name + ".exo, material: m" + name;
     if (!b.mesh)
-      components +=
-          ", reduction: {basis: craig-bampton, interface: [x_min, x_max], modes: " + std::to_string(b.modes < 0 ? all : b.modes) +
-          ", pick: participation}";
+      components += ", reduction: {basis: " + b.basis +
+                    ", interface: [x_min, x_max], modes: " + std::to_string(b.modes < 0 ? all : b.modes) + ", pick: participation}";
     components += "}\n";
     instances += "  " + name + ": {component: c" + name + ", as: " + (b.mesh ? "mesh" : "superelement") +
                  ", position: " + text(Vector3(b.start, 0, 0)) + ", velocity: " + text(Vector3(b.velocity, 0, 0)) + "}\n";

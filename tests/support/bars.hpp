@@ -18,6 +18,7 @@ struct Bar {
   double velocity = 0;  // along x
   bool mesh = true;     // as: mesh, or as: superelement with the faces at both ends as interface
   Index modes = -1;     // -1: all
+  std::string basis = "craig-bampton";
   double width = 0.1;
   Index across = 1;  // elements across
   double c() const { return std::sqrt(youngs_modulus / density); }
