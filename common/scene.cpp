@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "common/scene.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <set>
@@ -70,6 +71,15 @@ std::vector<std::string> load_sets(const Scene& scene, const Component& componen
   for (const Load& load : scene.loads)
     if (load.kind != Load::Kind::gravity && reduced.count(load.instance) > 0) names.insert(load.surface);
   return {names.begin(), names.end()};
+}
+
+bool reads_diagonal_form(const Scene& scene, const Component& component) {
+  if (!scene.time) return true;
+  std::set<std::string> held;
+  for (const BoundaryCondition& condition : scene.boundary) held.insert(condition.instance);
+  return std::any_of(scene.instances.begin(), scene.instances.end(), [&](const Instance& instance) {
+    return instance.as == InstanceKind::superelement && instance.component == component.name && held.count(instance.name) == 0;
+  });
 }
 
 InterfaceNeeds interface_needs(const Scene& scene, const Component& component) {

@@ -246,6 +246,10 @@ std::string bytes_hash(std::string_view bytes);  // the same of what is in memor
 // without a scene (Scene::file is empty): all sets of its interface may touch, without friction.
 InterfaceNeeds interface_needs(const Scene& scene, const Component& component);
 
+// Whether a run may read the diagonal form of the component's superelement: not where boundary conditions hold every
+// instance, as the form is that of the free component. True without a run (no `time`), whose scene is still to come.
+bool reads_diagonal_form(const Scene& scene, const Component& component);
+
 // Hash (hex) of all that a component's superelement depends on: the mesh file's bytes, materials, elements, mass, reduction
 // options; no paths, no times. InputError when the mesh cannot be read.
 std::string content_hash(const Scene& scene, const Component& component);

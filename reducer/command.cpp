@@ -113,21 +113,34 @@ bool has_loads(const Superelement& s, const std::vector<std::string>& sets) {
                      [&](const auto& load) { return std::find(sets.begin(), sets.end(), load.first) != sets.end(); });
 }
 
-// Unchanged inputs, and the diagonal form there or not as it would be now.
-bool is_up_to_date(const Component& component, const std::string& hash, const std::vector<std::string>& loads,
-                   Index diagonal_limit) {
+enum class FileState { current, without_form, stale };
+
+// Unchanged inputs; `without_form`: all is there but the diagonal form, which is wanted. `wanted`: of how many coordinates; an
+// `exact` limit of the command line wants larger ones without it.
+struct WantedForm {
+  Index limit = 0;
+  bool exact = false;
+};
+
+FileState state_of(const Scene& scene, const Component& component, const std::string& hash, const std::vector<std::string>& loads,
+                   const WantedForm& wanted) {
   const ReductionOptions& reduction = *component.reduction;
-  if (read_content_hash(reduction.superelement) != hash || is_of_other_mass(component)) return false;
-  if (lacks_face_centres(reduction.superelement)) return false;
+  if (read_content_hash(reduction.superelement) != hash || is_of_other_mass(component)) return FileState::stale;
+  if (lacks_face_centres(reduction.superelement)) return FileState::stale;
+  Superelement s;
+  bool group = false;
   try {
-    const bool group = is_superelement_group(reduction.superelement);
+    group = is_superelement_group(reduction.superelement);
     const SuperelementParts light = {false, true, false};
-    const Superelement s =
-        group ? join(read_superelement_group(reduction.superelement, light)) : read_superelement(reduction.superelement, light);
-    return s.has_diagonal_form() == (s.n() <= diagonal_limit && s.has_interface_matrices()) && has_loads(s, loads);
+    s = group ? join(read_superelement_group(reduction.superelement, light)) : read_superelement(reduction.superelement, light);
   } catch (const InputError&) {
-    return false;  // damaged: it is made anew
+    return FileState::stale;  // damaged: it is made anew
   }
+  check_kept_sets(scene, component, s);
+  if (!has_loads(s, loads)) return FileState::stale;
+  const bool is_wanted = s.n() <= wanted.limit && s.has_interface_matrices();
+  if (is_wanted && !s.has_diagonal_form()) return group ? FileState::stale : FileState::without_form;
+  return wanted.exact && !is_wanted && s.has_diagonal_form() ? FileState::stale : FileState::current;
 }
 
 std::map<std::string, std::string> provenance(const Component& component, const std::vector<BlockProperties>& properties,
@@ -165,18 +178,24 @@ class Reducer {
     refuse_to_overwrite(scene, command_.input, reduction.superelement);
     settings_.memory = command_.memory;
     settings_.diagonal_limit = diagonal_limit(command_, reduction);
+    settings_.is_diagonal_read = command_.diagonal_limit || reads_diagonal_form(scene, component);
     UnchangedFiles inputs;
     inputs.add(component.mesh);
     const std::string hash = content_hash(scene, component);
     loads_ = load_sets(scene, component);
     needs_ = interface_needs(scene, component);
-    if (!command_.force && is_up_to_date(component, hash, loads_, settings_.diagonal_limit)) {
+    const FileState state = command_.force
+                                ? FileState::stale
+                                : state_of(scene, component, hash, loads_, {form_limit(), command_.diagonal_limit.has_value()});
+    if (state == FileState::without_form) return add_form(component, inputs);
+    if (state == FileState::current) {
       warn_of_left_out_blocks(component, left_out_in(reduction.superelement), report_);
       report_.line(component.name + ": " + reduction.superelement.string() + " is up to date: nothing to do");
       return;
     }
     const auto [twin, is_new] =
-        done_.emplace(hash + " " + word_of(mass_words, component.mass) + " " + join(loads_), reduction.superelement);
+        done_.emplace(hash + " " + word_of(mass_words, component.mass) + " " + std::to_string(form_limit()) + " " + join(loads_),
+                      reduction.superelement);
     if (!is_new) {
       write_copy(twin->second, reduction.superelement);
       report_.line(component.name + ": the same as " + twin->second.string() + ", copied to " + reduction.superelement.string());
@@ -206,6 +225,24 @@ class Reducer {
     } else {
       make_one(mesh, properties, component, hash, p);
     }
+  }
+
+  // Coordinates up to which the diagonal form is stored.
+  Index form_limit() const { return settings_.is_diagonal_read ? settings_.diagonal_limit : -1; }
+
+  // To a file that was made for a scene which does not read it.
+  void add_form(const Component& component, const UnchangedFiles& inputs) {
+    const std::filesystem::path& file = component.reduction->superelement;
+    report_.line(component.name + ": adding the diagonal form to " + file.string());
+    const Mesh mesh = read_mesh(component.mesh);
+    inputs.check();
+    Superelement s = read_superelement(file);
+    {
+      const auto phase = report_.phase("diagonal form");
+      add_diagonal_form(s, parts_of(mesh, s.node_ids));
+    }
+    const auto phase = report_.phase("writing the superelement");
+    write_after_the_work(file, [&] { write_superelement(s, file); });
   }
 
   void make_one(const Mesh& mesh, const std::vector<BlockProperties>& properties, const Component& component,
@@ -251,7 +288,7 @@ class Reducer {
     {
       const auto phase = report_.phase("diagonal form");
       const std::vector<Index> part = parts_of(mesh, s.node_ids);
-      if (s.n() <= settings_.diagonal_limit) figures.condition.n_rigid = add_diagonal_form(s, part);
+      if (s.n() <= form_limit()) figures.condition.n_rigid = add_diagonal_form(s, part);
       const Index loose = examine_reduced(s, rigid_motions_of_parts(s, part), figures.condition);
       if (loose >= 0) figures.condition.loose_node = name_of_node_id(mesh, s.node_ids[static_cast<std::size_t>(loose / 3)]);
     }
@@ -282,7 +319,7 @@ class Reducer {
   ComponentMass mass_;                                 // of the component at hand
   std::vector<std::string> loads_;                     // sets of the component at hand that loads act on
   InterfaceNeeds needs_;                               // of the same
-  std::map<std::string, std::filesystem::path> done_;  // content hash and loads -> file made in this run
+  std::map<std::string, std::filesystem::path> done_;  // content hash, form and loads -> file made in this run
 };
 
 // Calls `action` once for each component that an instance uses as a superelement; its InputErrors get the component's place.

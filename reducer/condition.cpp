@@ -9,6 +9,7 @@
 #include "common/format_text.hpp"
 #include "common/linalg/blas_threads.hpp"
 #include "common/linalg/dense.hpp"
+#include "common/linalg/eigenpairs.hpp"
 
 namespace cbr {
 namespace {
@@ -63,6 +64,24 @@ RigidResidual worst_row(Index n, const Matrix& R, Rows absolute_sum, const Matri
   return worst;
 }
 
+// M_cc - M_kc^T M_kc   (c x c)
+Matrix residual_mass(const Superelement& s) {
+  Matrix M_res = s.M_cc;
+  if (s.k() > 0) M_res.noalias() -= s.M_kc.transpose() * s.M_kc;
+  return M_res;
+}
+
+// x = [a; b] <- M^-1 x: y_c = M_res^-1 (b - M_kc^T a), y_k = a - M_kc y_c
+void solve_mass(const Superelement& s, const Cholesky& M_res, Vector& x) {
+  const Index k = s.k(), c = s.c();
+  if (c == 0) return;
+  Vector y = x.tail(c);
+  if (k > 0) y.noalias() -= s.M_kc.transpose() * x.head(k);
+  M_res.solve_in_place(y);
+  if (k > 0) x.head(k).noalias() -= s.M_kc * y;
+  x.tail(c) = y;
+}
+
 }  // namespace
 
 double inverse_norm(Index n, const std::function<void(Vector&)>& solve) {
@@ -110,22 +129,12 @@ ConditionNumbers condition_numbers(const SparseMatrix& A, const SparseCholesky& 
 }
 
 ConditionNumbers reduced_mass_condition(const Superelement& s) {
-  const Index k = s.k(), c = s.c(), n = s.n();
+  const Index c = s.c(), n = s.n();
   if (n == 0) return {};
-  Matrix M_res = s.M_cc;
-  if (k > 0) M_res.noalias() -= s.M_kc.transpose() * s.M_kc;
-  const Cholesky cholesky(std::move(M_res));
+  const Cholesky cholesky(residual_mass(s));
   const double infinite = std::numeric_limits<double>::infinity();
   if (!cholesky.ok()) return {infinite, infinite};
-  // M^-1 [a; b]: y_c = M_res^-1 (b - M_kc^T a), y_k = a - M_kc y_c
-  const auto solve = [&](Vector& x) {
-    if (c == 0) return;
-    Vector y = x.tail(c);
-    if (k > 0) y.noalias() -= s.M_kc.transpose() * x.head(k);
-    cholesky.solve_in_place(y);
-    if (k > 0) x.head(k).noalias() -= s.M_kc * y;
-    x.tail(c) = y;
-  };
+  const auto solve = [&](Vector& x) { solve_mass(s, cholesky, x); };
   Vector D = Vector::Ones(n);
   ConditionNumbers numbers;
   numbers.plain = mass_norm(s, D) * inverse_norm(n, solve);
@@ -205,6 +214,23 @@ SoftestMotion softest_motion(Matrix K, const Matrix& R) {
   return softest;
 }
 
+double largest_frequency(const Superelement& s) {
+  const Index k = s.k(), c = s.c();
+  const Cholesky M_res(residual_mass(s));
+  if (!M_res.ok()) return std::numeric_limits<double>::quiet_NaN();
+  const SingleThreadedBlas blas;  // one vector after another: memory is the limit
+  const auto times_stiffness = [&](const Vector& x, Vector& y) {
+    y.resize(s.n());
+    y.head(k) = s.eigenvalues.cwiseProduct(x.head(k));
+    y.tail(c).noalias() = s.K_cc * x.tail(c);
+  };
+  const auto divided_by_mass = [&](const Vector& x, Vector& y) {
+    y = x;
+    solve_mass(s, M_res, y);
+  };
+  return std::sqrt(largest_eigenvalue(s.n(), times_stiffness, divided_by_mass));
+}
+
 Index examine_reduced(const Superelement& s, const Matrix& rigid, Conditioning& c) {
   Index dof = -1;
   c.mass = reduced_mass_condition(s);
@@ -213,9 +239,10 @@ Index examine_reduced(const Superelement& s, const Matrix& rigid, Conditioning& 
     c.softest = softest.stiffness;
     return is_without_stiffness(c.softest) ? softest.dof : -1;
   }
+  const Index known = s.omega.size();  // all, or the lowest
   c.n_zero = (s.omega.array() == 0).count();
-  c.largest_omega = s.omega(s.n() - 1);
-  if (c.n_zero < s.n()) c.lowest_omega = s.omega(c.n_zero);
+  c.largest_omega = known == s.n() ? s.omega(known - 1) : largest_frequency(s);
+  if (c.n_zero < known) c.lowest_omega = s.omega(c.n_zero);
   if (c.n_zero > c.n_rigid) s.V.col(c.n_rigid).tail(s.c()).cwiseAbs().maxCoeff(&dof);
   return dof;
 }

@@ -41,8 +41,11 @@ struct SoftestMotion {
 };
 SoftestMotion softest_motion(Matrix K_cc, const Matrix& R);
 
-// Fills what a reduced component's matrices tell: the condition of its mass, and by its diagonal form, when there is one (n_rigid
-// then has to be known), its frequencies, else the softest motion beside `rigid` (n x r, rows [k; c]). The interface dof that a
+// rad/s, of K^ x = omega^2 M^ x, by Lanczos; NaN: M^ is not positive definite.
+double largest_frequency(const Superelement& superelement);
+
+// Fills what a reduced component's matrices tell: the condition of its mass, and by its diagonal form or the lowest modes of it,
+// when there is one (n_rigid then has to be known), its frequencies, else the softest motion beside `rigid` (n x r, rows [k; c]). The interface dof that a
 // motion without stiffness moves most; -1: there is none.
 Index examine_reduced(const Superelement& superelement, const Matrix& rigid, Conditioning& condition);
 

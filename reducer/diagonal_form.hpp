@@ -18,7 +18,8 @@ Index add_diagonal_form(Superelement& superelement, const std::vector<Index>& pa
 void add_diagonal_form(Superelement& superelement, Matrix R);
 
 // Of the diagonal form only the rigid motions and the `count` lowest columns beyond them (all, where there are fewer): omega (m)
-// and V (n x m), for estimates. It is no diagonal form that others may see.
+// and V (n x m), for estimates. It is no diagonal form that others may see. By block Lanczos where that is cheaper; the count of
+// modes below is held against the definiteness of K^ - sigma M^, else all are computed.
 Index add_lowest_modes(Superelement& superelement, const std::vector<Index>& part, Index count);
 
 }  // namespace cbr

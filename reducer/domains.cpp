@@ -12,6 +12,7 @@
 #include "common/linalg/dense_factor.hpp"
 #include "common/parallel.hpp"
 #include "common/program.hpp"
+#include "reducer/accuracy.hpp"
 #include "reducer/decomposition.hpp"
 #include "reducer/diagonal_form.hpp"
 #include "reducer/interface_sets.hpp"
@@ -158,7 +159,8 @@ RigidBody together(const std::vector<Superelement>& parts) {
   return whole;
 }
 
-void add_diagonal(const Mesh& mesh, Index limit, Report& report, SuperelementGroup& group) {
+void add_diagonal(const Mesh& mesh, const ReduceSettings& settings, Report& report, SuperelementGroup& group) {
+  const Index limit = settings.diagonal_limit;
   Index n = 0;
   for (const auto& s : group.domains) n += s.k();
   n += 3 * static_cast<Index>(join_nodes(group).node_ids.size());
@@ -171,7 +173,7 @@ void add_diagonal(const Mesh& mesh, Index limit, Report& report, SuperelementGro
   Superelement whole = join(group);
   const std::vector<Index> part = parts_of(mesh, whole.node_ids);
   Conditioning condition;
-  condition.n_rigid = add_diagonal_form(whole, part);
+  condition.n_rigid = settings.is_diagonal_read ? add_diagonal_form(whole, part) : add_lowest_modes(whole, part, n_beside);
   condition.reduced_rigid =
       rigid_residual(whole.K_cc, reduced_rigid_modes(whole, group.rigid_body.center).bottomRows(whole.c())).value;
   const Index loose = examine_reduced(whole, rigid_motions_of_parts(whole, part), condition);
@@ -182,6 +184,7 @@ void add_diagonal(const Mesh& mesh, Index limit, Report& report, SuperelementGro
   warn_of_conditioning(condition, report);
   report.about(about);
   group.conditioning = condition;
+  if (!settings.is_diagonal_read) return;
   group.omega = std::move(whole.omega);
   group.V = std::move(whole.V);
 }
@@ -273,7 +276,7 @@ SuperelementGroup reduce_domains(const Mesh& mesh, const std::vector<BlockProper
     report.warning("the tolerance holds in each of the " + std::to_string(group.domains.size()) +
                    " domains, and not of what they make together: its lowest frequencies may be several times farther off; "
                    "take domains: 1 where it has to hold, or a smaller tolerance");
-  if (!options.has_second_reduction()) add_diagonal(mesh, settings.diagonal_limit, report, group);
+  if (!options.has_second_reduction()) add_diagonal(mesh, settings, report, group);
   return group;
 }
 

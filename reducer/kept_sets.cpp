@@ -53,4 +53,18 @@ void check_kept_sets(const Scene& scene, const Component& component, const Mesh&
   }
 }
 
+void check_kept_sets(const Scene& scene, const Component& component, const Superelement& file) {
+  const auto has_faces = [&](const std::string& name) {
+    return std::any_of(file.surfaces.begin(), file.surfaces.end(), [&](const Surface& s) { return s.name == name; });
+  };
+  const std::vector<SetUse> uses = set_uses(scene, component, InstanceKind::superelement);
+  const bool all_kept = std::all_of(uses.begin(), uses.end(), [&](const SetUse& use) {
+    return has_faces(use.set) || (!use.needs_faces && file.nodesets.count(use.set) > 0);
+  });
+  const bool any_on_nodes = std::any_of(scene.loads.begin(), scene.loads.end(), [&](const Load& load) {
+    return load.kind == Load::Kind::traction && file.nodesets.count(load.surface) > 0 && !has_faces(load.surface);
+  });
+  if (!all_kept || any_on_nodes) check_kept_sets(scene, component, read_mesh(component.mesh));
+}
+
 }  // namespace cbr

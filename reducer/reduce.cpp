@@ -162,7 +162,10 @@ void add_diagonal(Reduction& r, Superelement& s) {
   if (r.settings.is_domain) return;
   const auto phase = r.report.phase("diagonal form");
   const std::vector<Index> part = parts_of_interface(r);
-  if (s.n() <= r.settings.diagonal_limit) r.figures.condition.n_rigid = add_diagonal_form(s, part);
+  if (s.n() <= r.settings.diagonal_limit) {
+    r.figures.condition.n_rigid =
+        r.settings.is_diagonal_read ? add_diagonal_form(s, part) : add_lowest_modes(s, part, n_estimated + n_beside);
+  }
   const Index loose = examine_reduced(s, rigid_motions_of_parts(s, part), r.figures.condition);
   if (loose >= 0) r.figures.condition.loose_node = node_of_interface_dof(r, loose);
 }
@@ -397,6 +400,7 @@ void condense_and_keep(Reduction& r, Superelement& s) {
   r.figures.condition.reduced_rigid = rigid_residual(s.K_cc, reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c())).value;
   if (!r.options.is_characteristic()) add_diagonal(r, s);
   if (judged) add_accuracy(r, factor, motions, modes.Phi, s);
+  if (!r.settings.is_diagonal_read) s.omega.resize(0), s.V.resize(0, 0);
   FreeEigenvalues free;
   if (r.options.is_characteristic()) free = look_before(r, factor, modes.Phi, s);
   if (r.options.recovery) add_recovery(r, std::move(condensed.Psi), std::move(modes.Phi), s);

@@ -19,7 +19,8 @@ namespace cbr {
 
 struct ReduceSettings {
   double memory = 0;            // bytes that Psi and its companions may take, 0: half of this machine's
-  Index diagonal_limit = 6000;  // the diagonal form is stored for n up to this
+  Index diagonal_limit = 6000;  // the diagonal form is stored, and frequencies are estimated, for n up to this
+  bool is_diagonal_read = true;  // false: nothing reads the diagonal form, so that it is neither computed nor stored
   CondensationWay way = CondensationWay::automatic;
   Index panel = 0;
   bool is_domain = false;  // of a component: what holds it beside its own elements is not known here

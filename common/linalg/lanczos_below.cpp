@@ -99,7 +99,8 @@ Eigenpairs lanczos_below(Index n, Index n_rigid, const std::function<Matrix(cons
     Index k = 0;
     while (k < m && residual(k) <= std::max(options.tolerance * std::abs(ritz.lambda(k)), round_off)) ++k;
     pairs.n_converged = k;
-    if (k > 0 && -1 / ritz.lambda(k - 1) > bound) {
+    const bool enough = options.count > 0 && k >= options.count;
+    if (enough || (k > 0 && -1 / ritz.lambda(k - 1) > bound)) {
       pairs.converged = true;
       pairs.lambda = -ritz.lambda.head(k).cwiseInverse();
       pairs.Phi.noalias() = B.V.leftCols(m) * ritz.Phi.leftCols(k);

@@ -148,6 +148,39 @@ TEST_F(Program, AToleranceIsReducedOnce) {
             std::string::npos);
 }
 
+TEST_F(Program, TheDiagonalFormIsMadeWhereARunMayReadIt) {
+  const std::string reduction = "{interface: [x_max], modes: 4}";
+  const std::string held = "boundary:\n  - {instance: a, nodes: x_max, fix: [x]}\n  - {instance: b, nodes: x_max, fix: [x]}\n";
+  const auto form = [&](const char* file) { return read_superelement(path(file)).has_diagonal_form(); };
+  run({scene(reduction, held)});
+  EXPECT_FALSE(form("box.cbr.h5"));
+  EXPECT_TRUE(form("twin.cbr.h5"));
+  const Superelement without = read_superelement(path("box.cbr.h5"));
+  // Another scene reads it: it is added, and all else stays
+  run({scene(reduction)});
+  EXPECT_TRUE(form("box.cbr.h5"));
+  const Superelement with = read_superelement(path("box.cbr.h5")), twin = read_superelement(path("twin.cbr.h5"));
+  EXPECT_EQ(with.V, twin.V);
+  EXPECT_EQ(with.omega, twin.omega);
+  EXPECT_EQ(with.M_cc, without.M_cc);
+  EXPECT_EQ(with.content_hash, without.content_hash);
+  // It does no harm where nothing reads it
+  const auto before = fs::last_write_time(path("box.cbr.h5"));
+  run({scene(reduction, held)});
+  EXPECT_EQ(fs::last_write_time(path("box.cbr.h5")), before);
+  run({scene(reduction, held), "--diagonal-limit", "1000", "--force"});
+  EXPECT_TRUE(form("box.cbr.h5"));
+}
+
+TEST_F(Program, SetsThatAreNotKeptAreRefusedThoughTheFileIsUpToDate) {
+  const std::string reduction = "{interface: [x_max], modes: 4}";
+  run({scene(reduction)});
+  const std::string history = "output: {history: [a.x_min]}\n";
+  EXPECT_NE(message_of({scene(reduction, history)}).find("keeps 0 of its"), std::string::npos);
+  EXPECT_NE(message_of({scene(reduction, "output: {history: [a.x_mni]}\n")}).find("x_mni"), std::string::npos);
+  EXPECT_EQ(message_of({scene(reduction, "output: {history: [a.x_max]}\n")}), "no InputError");
+}
+
 TEST_F(Program, LoadsInsideAreTakenInByThemselves) {
   const auto load = [](const std::string& set) { return "loads: [{instance: a, surface: " + set + ", force: [1, 0, 0]}]\n"; };
   const auto written = [&] { return fs::last_write_time(path("box.cbr.h5")); };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "common/linalg/dense.hpp"
 #include "reducer/reduce.hpp"
+#include "common/linalg/dense.hpp"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -12,6 +12,7 @@
 #include <iterator>
 
 #include "common/linalg/eigenpairs.hpp"
+#include "reducer/diagonal_form.hpp"
 #include "reducer/partition.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
@@ -154,6 +155,44 @@ TEST_P(BothMasses, DiagonalFormIsOrthonormalWithExactRigidModes) {
   const Matrix back = s.V.leftCols(6) * (s.V.leftCols(6).transpose() * (M * R));
   EXPECT_LT(relative(back, R), 1e-13);
   check(s, "test");
+}
+
+// A square face, whose bending modes come in pairs.
+TEST(Reduce, LowestModesAloneAreThoseOfTheDiagonalForm) {
+  const Mesh mesh = box_mesh({{3, 12, 12}, {1.5, 4, 4}, {0, 0, 0}, 0});
+  ReduceSettings none;
+  none.is_diagonal_read = false;
+  const Superelement all = reduced(mesh, with_modes({"x_max"}, 20));
+  const Superelement lowest = reduced(mesh, with_modes({"x_max"}, 20), MassKind::lumped, none);
+  ASSERT_GT(all.n(), 500);
+  EXPECT_TRUE(all.has_diagonal_form());
+  EXPECT_FALSE(lowest.has_diagonal_form());
+  EXPECT_EQ(lowest.V.size(), 0);
+  EXPECT_EQ(all.K_cc, lowest.K_cc);
+  const auto &a = *all.accuracy, &b = *lowest.accuracy;
+  ASSERT_GT(a.frequency_hz.size(), 5);
+  ASSERT_EQ(a.frequency_hz.size(), b.frequency_hz.size());
+  EXPECT_LT((a.frequency_hz - b.frequency_hz).cwiseAbs().maxCoeff(), 1e-9 * a.frequency_hz(0));
+  EXPECT_LT((a.eigenvalue_error - b.eigenvalue_error).cwiseAbs().maxCoeff(), 1e-4 * a.eigenvalue_error.maxCoeff());
+  EXPECT_EQ(all.conditioning->n_zero, 6);
+  EXPECT_EQ(lowest.conditioning->n_zero, 6);
+  EXPECT_NEAR(all.conditioning->lowest_omega, lowest.conditioning->lowest_omega, 1e-9 * all.conditioning->lowest_omega);
+  EXPECT_NEAR(all.conditioning->largest_omega, lowest.conditioning->largest_omega, 1e-6 * all.conditioning->largest_omega);
+}
+
+TEST(Reduce, LowestModesAloneTellAMechanism) {
+  const Mesh mesh = box_mesh({{3, 12, 12}, {1.5, 4, 4}, {0, 0, 0}, 0});
+  Superelement s = reduced(mesh, with_modes({"x_max"}, 20));
+  const std::vector<Index> part(s.node_ids.size(), 0);
+  // Nothing resists w any more, and rigid motions are as free as before: K <- K - (K w) (K w)^T / (w^T K w)
+  const Vector w = Vector::Unit(s.c(), 7), Kw = s.K_cc * w;
+  s.K_cc -= Kw * Kw.transpose() / w.dot(Kw);
+  s.omega.resize(0);
+  Superelement whole = s;
+  add_lowest_modes(s, part, 20);
+  add_diagonal_form(whole, part);
+  EXPECT_EQ((whole.omega.array() == 0).count(), 7);
+  EXPECT_EQ((s.omega.array() == 0).count(), 7);
 }
 
 TEST(Reduce, CutoffKeepsEveryModeBelowIt) {
