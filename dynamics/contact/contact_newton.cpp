@@ -14,7 +14,7 @@ namespace cbr {
 namespace {
 
 // A dense Cholesky factor of more rows pays back after more solves than a set stands (see bench_contact_solver).
-constexpr std::size_t largest_kept_factor = 2000;
+constexpr std::size_t largest_kept_factor = 4000;
 // Closed rows of a dense W up to which a factor costs no more than Krylov products, and is exact.
 constexpr std::size_t cheap_factor = 256;
 // Impulses outside of the cones are taken into them, with a product, when they violate the laws by no more than so many tolerances.

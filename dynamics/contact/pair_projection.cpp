@@ -15,6 +15,8 @@ namespace {
 constexpr int lanes = 16;
 // More steps than faces of meshes need; what is left then is projected by itself.
 constexpr int most_steps = 8;
+// Where a face's coordinates, from -1 to 1 on it, are cut off: as in projection.cpp.
+constexpr double farthest = 3;
 
 using Lanes = std::array<double, lanes>;
 using Three = std::array<Lanes, 3>;
@@ -66,8 +68,8 @@ CBR_INLINE void guess(Block& p) {
     p.xi[i] = h22[i] * da[i] - h12[i] * db[i];
     p.eta[i] = h11[i] * db[i] - h12[i] * da[i];
   }
-  limit(p.xi, 3);
-  limit(p.eta, 3);
+  limit(p.xi, farthest);
+  limit(p.eta, farthest);
   for (int i = 0; i < lanes; ++i) {
     twist[i] = p.xi[i] * p.eta[i];
     da[i] -= twist[i] * dot(p.w, p.a, i);
@@ -75,15 +77,15 @@ CBR_INLINE void guess(Block& p) {
     p.xi[i] = h22[i] * da[i] - h12[i] * db[i];
     p.eta[i] = h11[i] * db[i] - h12[i] * da[i];
   }
-  limit(p.xi, 3);
-  limit(p.eta, 3);
+  limit(p.xi, farthest);
+  limit(p.eta, farthest);
   p.value.fill(HUGE_VAL);
   p.unfinished.fill(1);
 }
 
 // Newton's step from where the block is, and how far the minimum is from being regular.
 struct NewtonStep {
-  Lanes xi, eta, value, regular, length, change;
+  Lanes xi, eta, value, round_off, twist, regular, length, change;
 };
 
 CBR_INLINE void find_step(const Block& p, NewtonStep& to) {
@@ -104,27 +106,37 @@ CBR_INLINE void find_step(const Block& p, NewtonStep& to) {
     const double determinant = h11 * h22 - h12 * h12, inverse = 1 / determinant;
     const double s1 = (h22 * g1 - h12 * g2) * inverse, s2 = (h11 * g2 - h12 * g1) * inverse;
     to.value[i] = value;
+    to.round_off[i] = 1e-20 * (h11 + h22);
+    to.twist[i] = dot(p.w, p.w, i) - 1e-3 * (h11 + h22);
     to.regular[i] = determinant - 1e-10 * h11 * h22;
     to.length[i] = std::abs(s1) + std::abs(s2);
     to.xi[i] = xi + s1;
     to.eta[i] = eta + s2;
   }
-  limit(to.xi, 3);
-  limit(to.eta, 3);
+  limit(to.xi, farthest);
+  limit(to.eta, farthest);
   for (int i = 0; i < lanes; ++i) to.change[i] = std::abs(to.xi[i] - p.xi[i]) + std::abs(to.eta[i] - p.eta[i]);
 }
 
-// One of closest_point()'s steps in projection.cpp, where it is Newton's and whole.
+// One of closest_point()'s steps in projection.cpp, where it is Newton's and whole. Neighbours of the
+// face that a node is over often have it where coordinates are cut off. A face that is nearly a
+// parallelogram has its minimum there then.
 CBR_INLINE void step(Block& p) {
   NewtonStep to;
   find_step(p, to);
-  Lanes bad{}, goes_on;
+  Lanes bad{}, goes_on, beside;
+  for (int i = 0; i < lanes; ++i) beside[i] = std::abs(to.xi[i]);
+  for (int i = 0; i < lanes; ++i) beside[i] = beside[i] > std::abs(to.eta[i]) ? beside[i] : std::abs(to.eta[i]);
+  // A node on the face has a value of round-off, which may grow
+  for (int i = 0; i < lanes; ++i) bad[i] = to.value[i] <= p.value[i] + to.round_off[i] ? bad[i] : 1;
+  for (int i = 0; i < lanes; ++i) goes_on[i] = bad[i] > 0 ? 0 : 1;
+  for (int i = 0; i < lanes; ++i) beside[i] = to.twist[i] < 0 ? beside[i] : 0;
+  for (int i = 0; i < lanes; ++i) bad[i] = beside[i] < farthest ? bad[i] : 0;
   for (int i = 0; i < lanes; ++i) bad[i] = to.regular[i] > 0 ? bad[i] : 1;
-  for (int i = 0; i < lanes; ++i) bad[i] = to.value[i] <= p.value[i] ? bad[i] : 1;
+  for (int i = 0; i < lanes; ++i) goes_on[i] = bad[i] > 0 ? 0 : goes_on[i];
   take_where(p.unfinished, to.xi, p.xi);
   take_where(p.unfinished, to.eta, p.eta);
   for (int i = 0; i < lanes; ++i) p.failed[i] += p.unfinished[i] * bad[i];
-  for (int i = 0; i < lanes; ++i) goes_on[i] = bad[i] > 0 ? 0 : 1;
   for (int i = 0; i < lanes; ++i) goes_on[i] = to.length[i] < 1e-8 ? 0 : goes_on[i];
   for (int i = 0; i < lanes; ++i) goes_on[i] = to.change[i] < 1e-14 ? 0 : goes_on[i];
   for (int i = 0; i < lanes; ++i) p.unfinished[i] *= goes_on[i];

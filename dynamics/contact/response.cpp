@@ -7,6 +7,8 @@
 #include <utility>
 
 #include "common/linalg/dense_factor.hpp"
+#include "common/program.hpp"
+#include "common/row_threads.hpp"
 
 namespace cbr {
 namespace {
@@ -35,28 +37,35 @@ RowMajorSparse rows_of_body(const ContactList& list, const std::vector<PointLaw>
   return G;
 }
 
-// G_b S_b G_b^T over the rows that are not empty   (r x r)
-Matrix dense_block(const RowMajorSparse& G, const std::vector<Index>& rows, const Matrix& S) {
+// From so many entries on a second thread gains more than it costs.
+constexpr Index threaded_entries = 200 * 200;
+
+// The lower triangle of W(at, at) += share G_b S_b G_b^T, over the `rows` of G_b that are not empty; `at` ascends. Threads take
+// columns in turn.
+void add_dense_block(const RowMajorSparse& G, const std::vector<Index>& rows, const Matrix& S, double share,
+                     const std::vector<Index>& at, Matrix& W) {
   const Index r = static_cast<Index>(rows.size());
-  Matrix block(r, r);
-  Vector t(S.rows());
-  for (Index j = 0; j < r; ++j) {
-    // A column of S_b G_b^T   (3 m_b x r), by whole columns of S, while it is in the cache
-    t.setZero();
-    for (RowMajorSparse::InnerIterator it(G, rows[j]); it; ++it) t += it.value() * S.col(it.col());
-    for (Index i = j; i < r; ++i) {
-      double sum = 0;
-      for (RowMajorSparse::InnerIterator it(G, rows[i]); it; ++it) sum += it.value() * t[it.col()];
-      block(i, j) = sum;
+  const int used = r * r < threaded_entries ? 1 : n_threads();
+  run_kept_threads(used, [&](int thread) {
+    Vector t(S.rows());
+    for (Index j = thread; j < r; j += used) {
+      // A column of S_b G_b^T   (3 m_b x r), by whole columns of S, while it is in the cache
+      t.setZero();
+      for (RowMajorSparse::InnerIterator it(G, rows[j]); it; ++it) t += share * it.value() * S.col(it.col());
+      double* column = W.col(at[j]).data();
+      for (Index i = j; i < r; ++i) {
+        double sum = 0;
+        for (RowMajorSparse::InnerIterator it(G, rows[i]); it; ++it) sum += it.value() * t[it.col()];
+        column[at[i]] += sum;
+      }
     }
-  }
-  mirror_lower(block);
-  return block;
+  });
 }
 
-// G_b S_b G_b^T of modes and static rows. X = A G_b^T (n x r), H = G_b B (r x s), of a few entries in each row:
+// The same of modes and static rows. X = A G_b^T (n x r), H = G_b B (r x s), of a few entries in each row:
 //   X^T C X + H F H^T / h   (r x r)
-Matrix thin_block(const RowMajorSparse& G, const std::vector<Index>& rows, const ThinResponse& S) {
+void add_thin_block(const RowMajorSparse& G, const std::vector<Index>& rows, const ThinResponse& S, const std::vector<Index>& at,
+                    Matrix& W) {
   const Index r = static_cast<Index>(rows.size());
   Matrix X = Matrix::Zero(S.A->rows(), r);
   std::vector<Eigen::Triplet<double, Index>> entries;
@@ -65,20 +74,23 @@ Matrix thin_block(const RowMajorSparse& G, const std::vector<Index>& rows, const
       X.col(j) += it.value() * S.A->col(it.col());
       const Index node = it.col() / 3, c = it.col() % 3;
       for (Index i = S.rows->first[node]; i < S.rows->first[node + 1]; ++i)
-        if (S.rows->direction(i, c) != 0) entries.emplace_back(j, i, it.value() * S.rows->direction(i, c));
+        if (S.rows->direction(i, c) != 0) entries.emplace_back(rows[j], i, it.value() * S.rows->direction(i, c));
     }
   }
-  RowMajorSparse H(r, S.rows->size());
+  RowMajorSparse H(G.rows(), S.rows->size());
   H.setFromTriplets(entries.begin(), entries.end());
-  std::vector<Index> all(static_cast<std::size_t>(r));
-  std::iota(all.begin(), all.end(), Index{0});
-  Matrix block = dense_block(H, all, *S.rows->F);
-  block /= S.h;
-  if (X.rows() == 0) return block;
+  add_dense_block(H, rows, *S.rows->F, 1 / S.h, at, W);
+  if (X.rows() == 0) return;
+  // By panels of columns, from the diagonal on
+  constexpr Index width = 128;
   const Matrix CX = S.C * X;
-  block.noalias() += X.transpose() * CX;
-  mirror_lower(block);
-  return block;
+  Matrix panel;
+  for (Index j = 0; j < r; j += width) {
+    const Index n = std::min(width, r - j);
+    panel.noalias() = X.rightCols(r - j).transpose() * CX.middleCols(j, n);
+    for (Index k = 0; k < n; ++k)
+      for (Index i = j + k; i < r; ++i) W(at[i], at[j + k]) += panel(i - j, k);
+  }
 }
 
 std::vector<Index> rows_in_use(const RowMajorSparse& G) {
@@ -88,16 +100,6 @@ std::vector<Index> rows_in_use(const RowMajorSparse& G) {
   return rows;
 }
 
-SparseMatrix spread_block(const Matrix& block, const std::vector<Index>& rows, Index m) {
-  std::vector<Eigen::Triplet<double, Index>> entries;
-  entries.reserve(block.size());
-  for (Index j = 0; j < block.cols(); ++j)
-    for (Index i = 0; i < block.rows(); ++i) entries.emplace_back(rows[i], rows[j], block(i, j));
-  SparseMatrix W(m, m);
-  W.setFromTriplets(entries.begin(), entries.end());
-  return W;
-}
-
 // A body with its rows of G.
 struct BodyRows {
   const NodeResponse* response = nullptr;
@@ -105,10 +107,34 @@ struct BodyRows {
   std::vector<Index> rows;
 };
 
-// G_b S_b G_b^T of a body that does not answer node by node   (r x r)
-Matrix block_of(const BodyRows& part) {
-  return part.response->thin ? thin_block(part.G, part.rows, *part.response->thin)
-                             : dense_block(part.G, part.rows, *part.response->block);
+// The lower triangle of W(at, at) += G_b S_b G_b^T of a body that does not answer node by node, over its rows.
+void add_block(const BodyRows& part, const std::vector<Index>& at, Matrix& W) {
+  if (part.response->thin) {
+    add_thin_block(part.G, part.rows, *part.response->thin, at, W);
+  } else {
+    add_dense_block(part.G, part.rows, *part.response->block, 1, at, W);
+  }
+}
+
+// G_b S_b G_b^T   (m x m)
+SparseMatrix sparse_block(const BodyRows& part) {
+  const Index m = part.G.rows(), r = static_cast<Index>(part.rows.size());
+  if (part.response->is_diagonal()) {
+    const RowMajorSparse GS = part.G * part.response->diagonal.asDiagonal();
+    return GS * part.G.transpose();
+  }
+  std::vector<Index> at(part.rows.size());
+  std::iota(at.begin(), at.end(), Index{0});
+  Matrix block = Matrix::Zero(r, r);
+  add_block(part, at, block);
+  mirror_lower(block);
+  std::vector<Eigen::Triplet<double, Index>> entries;
+  entries.reserve(static_cast<std::size_t>(r * r));
+  for (Index j = 0; j < r; ++j)
+    for (Index i = 0; i < r; ++i) entries.emplace_back(part.rows[i], part.rows[j], block(i, j));
+  SparseMatrix W(m, m);
+  W.setFromTriplets(entries.begin(), entries.end());
+  return W;
 }
 
 // Many rows of which few answer to each other: lumped meshes, or many bodies in a chain.
@@ -153,34 +179,20 @@ GapResponse gap_response(const ContactList& list, const std::vector<PointLaw>& l
   }
   GapResponse W;
   W.is_sparse = is_sparse(parts, m);
-  // One body alone: its block is all of W
-  if (parts.size() == 1 && static_cast<Index>(parts[0].rows.size()) == m && !parts[0].response->is_diagonal()) {
-    W.dense = block_of(parts[0]);
-    return W;
-  }
   if (W.is_sparse) {
     W.sparse.resize(m, m);
-  } else {
-    W.dense.setZero(m, m);
+    for (const BodyRows& part : parts) W.sparse += sparse_block(part);
+    return W;
   }
+  W.dense.setZero(m, m);
   for (const BodyRows& part : parts) {
     if (part.response->is_diagonal()) {
-      const RowMajorSparse GS = part.G * part.response->diagonal.asDiagonal();
-      const SparseMatrix GSG = GS * part.G.transpose();
-      if (W.is_sparse) {
-        W.sparse += GSG;
-      } else {
-        W.dense += GSG;
-      }
-      continue;
-    }
-    const Matrix block = block_of(part);
-    if (W.is_sparse) {
-      W.sparse += spread_block(block, part.rows, m);
+      W.dense += sparse_block(part);
     } else {
-      W.dense(part.rows, part.rows) += block;
+      add_block(part, part.rows, W.dense);
     }
   }
+  mirror_lower(W.dense);
   return W;
 }
 
