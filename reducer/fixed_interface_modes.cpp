@@ -11,7 +11,7 @@
 
 #include "common/error.hpp"
 #include "common/linalg/eigenpairs.hpp"
-#include "common/linalg/supernodal_inertia.hpp"
+#include "common/linalg/fronts.hpp"
 #include "common/machine_memory.hpp"
 #include "common/number_text.hpp"
 

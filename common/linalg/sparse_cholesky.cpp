@@ -19,7 +19,9 @@
 #include "common/linalg/elimination_order.hpp"
 #include "common/linalg/narrow_product.hpp"
 #include "common/linalg/shared_solve.hpp"
+#include "common/linalg/supernodal_cholesky.hpp"
 #include "common/linalg/supernodal_inertia.hpp"
+#include "common/machine_memory.hpp"
 #include "common/parallel.hpp"
 #include "common/program.hpp"
 
@@ -37,6 +39,16 @@ constexpr Index widest_supernode = 512;
 constexpr double vanishing_pivot = 1e-13;
 // Non-zeros of a factor from which on threads share the solution of a few right-hand sides.
 constexpr double worth_sharing = 1e6;
+
+// Flops of a factorisation from which on it is done front by front on all threads.
+constexpr double worth_fronts = 1e8;
+
+bool has_both_triangles(const SparseMatrix& A) {
+  Index balance = 0;
+  for (Index j = 0; j < A.cols(); ++j)
+    for (SparseMatrix::InnerIterator it(A, j); it; ++it) balance += it.row() > j ? 1 : it.row() < j ? -1 : 0;
+  return balance == 0;
+}
 
 std::string gigabytes(double bytes) {
   char text[32];
@@ -187,10 +199,21 @@ struct Cholmod {
 
   void factorize(const SparseMatrix& A, const std::vector<Index>& last) {
     analyze(A, last);
+    if (L->is_super != 0 && common.fl > worth_fronts && factorize_by_fronts(A)) return;
+    // Also where it is not positive definite: CHOLMOD tells the first column that fails
     cholmod_sparse view = lower_view(A);
     const BlasForWork blas(common.fl);
     cholmod_l_factorize(&view, L, &common);
     check("factorisation", A);
+  }
+
+  // On all threads, subtree by subtree, where its fronts fit the machine beside the factor. False: not done.
+  bool factorize_by_fronts(const SparseMatrix& A) {
+    const SupernodeTree tree(view());
+    const double entries = static_cast<double>(L->xsize) + 2 * static_cast<double>(A.nonZeros());
+    if (!has_both_triangles(A) || 8 * entries + front_bytes(tree) > 0.9 * machine_memory_bytes()) return false;
+    if (cholmod_l_change_factor(CHOLMOD_REAL, 1, 1, 1, 1, L, &common) == 0) check("factorisation", A);
+    return factor_supernodes(tree, {A}, static_cast<double*>(L->x)) == Factored::done;
   }
 
   void check(const char* phase, const SparseMatrix& A) const {

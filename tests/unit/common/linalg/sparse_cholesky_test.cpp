@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "common/program.hpp"
 #include "tests/unit/common/linalg/grid_matrices.hpp"
 
 namespace cbr::test {
@@ -205,6 +206,57 @@ TEST(SparseCholesky, WhatIsNotLastMayBeFineWhereTheWholeIsNot) {
   EXPECT_FALSE(failed.ok());
   EXPECT_EQ(failed.failed_column(), 49);
   EXPECT_EQ(SparseCholesky(free, {}).leading().n_rows(), free.rows());
+}
+
+// A matrix that is large enough is factored front by front, but by CHOLMOD where only one triangle is stored.
+TEST(SparseCholesky, FrontsGiveCholmodsFactor) {
+  const SparseMatrix A = grid_stiffness(24, true), lower = A.triangularView<Eigen::Lower>();
+  const Matrix B = random_like(A.rows(), 9, 0.3);
+  const SparseCholesky by_cholmod(lower);
+  ASSERT_GT(by_cholmod.flops(), 2e8);
+  const Matrix X = by_cholmod.solve(B);
+  std::optional<Matrix> before;
+  for (const int threads : {1, 2, 3}) {
+    set_threads(threads);
+    const SparseCholesky factor(A);
+    ASSERT_TRUE(factor.ok());
+    EXPECT_EQ(factor.n_nonzeros(), by_cholmod.n_nonzeros());
+    EXPECT_NEAR(factor.smallest_pivot(), by_cholmod.smallest_pivot(), 1e-10 * by_cholmod.smallest_pivot());
+    set_threads(1);
+    const Matrix Y = factor.solve(B);
+    EXPECT_LT((Y - X).norm(), 1e-12 * X.norm()) << threads;
+    if (!before) before = Y;
+    EXPECT_EQ(Y, *before) << threads << " threads";
+  }
+  set_threads(0);
+}
+
+TEST(SparseCholesky, FrontsNameTheColumnThatFails) {
+  SparseMatrix A = grid_stiffness(24, true);
+  for (const Index column : {Index{100}, Index{7500}, Index{13000}}) {
+    const double before = A.coeff(column, column);
+    A.coeffRef(column, column) = -before;
+    const SparseCholesky factor(A), by_cholmod(SparseMatrix(A.triangularView<Eigen::Lower>()));
+    EXPECT_FALSE(factor.ok());
+    EXPECT_EQ(factor.failed_column(), by_cholmod.failed_column());
+    A.coeffRef(column, column) = before;
+  }
+}
+
+// The last rows are a front of their own, which many subtrees meet.
+TEST(SparseCholesky, FrontsKeepTheLastRowsLast) {
+  const SparseMatrix A = grid_stiffness(22, true);
+  std::vector<Index> last;
+  for (Index i = 0; i < 300; ++i) last.push_back(i);
+  const SparseCholesky factor(A, last), leading = factor.leading();
+  ASSERT_GT(factor.flops(), 1e8);
+  ASSERT_TRUE(factor.ok() && leading.ok());
+  const Matrix B = random_like(A.rows(), 5, 0.3);
+  EXPECT_LT(residual(A, factor.solve(B), B), 1e-13);
+  const Index n = A.rows() - 300;
+  const SparseMatrix inside = A.bottomRightCorner(n, n);
+  const Matrix b = B.bottomRows(n);
+  EXPECT_LT(residual(inside, leading.solve(b), b), 1e-13);
 }
 
 TEST(SparseCholesky, TinyMatrices) {
