@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "common/error.hpp"
+#include "common/linalg/blas_threads.hpp"
 #include "common/linalg/dense.hpp"
 #include "common/linalg/dense_factor.hpp"
 #include "common/linalg/eigenpairs.hpp"
@@ -277,15 +278,15 @@ PressureLoads pressure_loads(const Superelement& s, const Surface& surface, bool
 CharacteristicFigures make_characteristic(const CharacteristicOptions& options, const std::vector<Index>& part,
                                           const InteriorInertia& inertia, Superelement& s) {
   CharacteristicFigures figures;
+  const LargeBlasWork blas(std::pow(static_cast<double>(s.c()), 3));
   figures.n_fixed = s.k();
   figures.rho = residual_mass_share(s);
   Matrix R = rigid_motions_of_parts(s, part).bottomRows(s.c());
   orthonormalise(s.M_cc, R, shapes);
   const std::vector<char> is_kept = kept_nodes(options, s);
   const auto [kept, others] = split(s, is_kept);
-  Matrix T =
-      kept.empty() ? shapes_of_all(s, n_shapes(options, s.c() - R.cols()), R, figures)
-                   : shapes_beside_kept(s, n_shapes(options, static_cast<Index>(others.size())), kept, others, R, figures);
+  Matrix T = kept.empty() ? shapes_of_all(s, n_shapes(options, s.c() - R.cols()), R, figures)
+                          : shapes_beside_kept(s, n_shapes(options, static_cast<Index>(others.size())), kept, others, R, figures);
   const std::vector<const Surface*> pressed = pressed_surfaces(options, is_kept, s);
   StaticShare& share = s.characteristic.statics = static_forces(options, s);
   Matrix compliance;

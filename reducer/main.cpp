@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 
 #include "common/linalg/blas_kernels.hpp"
+#include "common/linalg/blas_threads.hpp"
 #include "common/program.hpp"
 #include "reducer/command.hpp"
 #include "reducer/info.hpp"
@@ -24,6 +25,7 @@ int main(int argc, char** argv) {
   return cbr::run_program(app, argc, argv, [&] {
     cbr::Report report("cbr-reduce", common.verbosity(), common.timings);
     cbr::set_threads(common.threads);
+    cbr::spare_blas_threads(cbr::n_threads());
     if (command.info) {
       cbr::print_info(command.input, cbr::table_output());
     } else if (command.estimate) {

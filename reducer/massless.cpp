@@ -8,6 +8,7 @@
 
 #include "common/assembly.hpp"
 #include "common/error.hpp"
+#include "common/linalg/blas_threads.hpp"
 #include "common/linalg/dense_factor.hpp"
 #include "common/linalg/eigenpairs.hpp"
 #include "common/massless_modes.hpp"
@@ -212,6 +213,7 @@ void forget_matrices(Superelement& s) { s.K_cc.resize(0, 0), s.M_cc.resize(0, 0)
 MasslessFigures make_massless_free(const FreeModel& model, const Partition& p, const SparseCholesky& factor_of_K_II,
                                    const FreeModesWanted& wanted, Superelement& s, Report& report) {
   MasslessFigures figures;
+  const LargeBlasWork blas(std::pow(static_cast<double>(s.c()), 3));
   Matrix elastic;
   FixedInterfaceModes modes;
   {
@@ -256,6 +258,7 @@ MasslessFigures make_massless_free(const FreeModel& model, const Partition& p, c
 
 MasslessFigures make_massless_fixed(const std::vector<Index>& part, Superelement& s) {
   MasslessFigures figures;
+  const LargeBlasWork blas(std::pow(static_cast<double>(s.c()), 3));
   const Index k = s.k();
   Matrix R = rigid_motions_of_parts(s, part).bottomRows(s.c());  // c x r
   orthonormalise(s.M_cc, R, "the rigid motions");

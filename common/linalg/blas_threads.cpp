@@ -26,6 +26,7 @@ namespace {
 
 std::mutex lock;
 int n_alive = 0, threads_before = 1;
+int spared = 0, n_raised = 0;  // threads for large work alone; 0: BLAS has them always
 
 }  // namespace
 
@@ -63,6 +64,26 @@ SingleThreadedBlas::SingleThreadedBlas() {
 SingleThreadedBlas::~SingleThreadedBlas() {
   const std::scoped_lock guard(lock);
   if (--n_alive == 0) openblas_set_num_threads(threads_before);
+}
+
+void spare_blas_threads(int threads) {
+  const std::scoped_lock guard(lock);
+  if (n_alive == 0 && n_raised == 0) openblas_set_num_threads(threads > 0 ? 1 : std::max(spared, openblas_get_num_threads()));
+  spared = threads;
+}
+
+LargeBlasWork::LargeBlasWork(double flops) {
+  if (flops < BlasForWork::enough) return;
+  const std::scoped_lock guard(lock);
+  if (spared == 0 || n_alive > 0) return;
+  raised_ = true;
+  if (n_raised++ == 0) openblas_set_num_threads(spared);
+}
+
+LargeBlasWork::~LargeBlasWork() {
+  if (!raised_) return;
+  const std::scoped_lock guard(lock);
+  if (--n_raised == 0 && n_alive == 0) openblas_set_num_threads(1);
 }
 
 }  // namespace cbr

@@ -27,17 +27,36 @@ void rest_blas_threads();
 // is no room for all of them: then the process can end by std::_Exit() alone.
 std::string reserve_blas_memory(int threads, int started);
 
-// BLAS with one thread for work of less than about a tenth of a second (`flops`: of all calls in the object's life). OpenBLAS's
-// threads wait for each other by sched_yield, which beside other programs gives a whole time slice away at each call: the reduction
-// of 11088 dofs, 1 s on two idle processors with one thread or two, took 10 to 100 s beside four compilers while small problems
-// made 37 000 such calls, and takes 3 to 5 s without them.
-class BlasForWork {
+// From here on BLAS has one thread, and `threads` only in the life of a BlasForWork that is worth them: for a program whose own
+// threads do most of the work. 0: BLAS has its threads again whenever nobody takes them.
+void spare_blas_threads(int threads);
+
+// BLAS with the threads that are spared for large work, where there are such (spare_blas_threads()) and `flops`, of all calls in
+// the object's life, are more than about a tenth of a second's; else as it was.
+class LargeBlasWork {
  public:
-  explicit BlasForWork(double flops) {
-    if (flops < 5e9) one_.emplace();
-  }
+  explicit LargeBlasWork(double flops);
+  ~LargeBlasWork();
+  LargeBlasWork(const LargeBlasWork&) = delete;
+  LargeBlasWork& operator=(const LargeBlasWork&) = delete;
 
  private:
+  bool raised_ = false;
+};
+
+// BLAS with one thread for work of less than about a tenth of a second, and with all that it may have for more. OpenBLAS's threads
+// wait for each other by sched_yield, which beside other programs gives a whole time slice away at each call, and spin for a tenth
+// of a second after it. Beside four compilers the reduction of an ordinary part took 11.4 s with BLAS's threads in every
+// product, 3.0 s on two idle processors.
+class BlasForWork {
+ public:
+  explicit BlasForWork(double flops) : large_(flops) {
+    if (flops < enough) one_.emplace();
+  }
+  static constexpr double enough = 5e9;
+
+ private:
+  LargeBlasWork large_;
   std::optional<SingleThreadedBlas> one_;
 };
 

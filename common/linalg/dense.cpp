@@ -5,9 +5,21 @@
 #include <Eigen/LU>
 #include <Eigen/QR>
 
+#include <lapacke.h>
+
 #include <utility>
 
+#include "common/linalg/blas_threads.hpp"
+
 namespace cbr {
+namespace {
+
+// Rows from which on LAPACK's factorisation, in blocks that it halves, is the faster one.
+constexpr Index worth_lapack = 256;
+
+double product_of(Index a, Index b, Index c) { return static_cast<double>(a) * static_cast<double>(b) * static_cast<double>(c); }
+
+}  // namespace
 
 Cholesky::Cholesky(Matrix A) : L_(std::move(A)), ok_(cholesky_in_place(L_)) {}
 
@@ -20,18 +32,30 @@ void Cholesky::solve_in_place(Vector& x) const {
 }
 
 void Cholesky::solve_in_place(Eigen::Ref<Matrix> X) const {
+  const LargeBlasWork blas(2 * product_of(L_.rows(), L_.rows(), X.cols()));
   L_.triangularView<Eigen::Lower>().solveInPlace(X);
   L_.adjoint().triangularView<Eigen::Upper>().solveInPlace(X);
 }
 
-void Cholesky::solve_lower_in_place(Eigen::Ref<Matrix> X) const { L_.triangularView<Eigen::Lower>().solveInPlace(X); }
-void Cholesky::solve_upper_in_place(Eigen::Ref<Matrix> X) const { L_.adjoint().triangularView<Eigen::Upper>().solveInPlace(X); }
+void Cholesky::solve_lower_in_place(Eigen::Ref<Matrix> X) const {
+  const LargeBlasWork blas(product_of(L_.rows(), L_.rows(), X.cols()));
+  L_.triangularView<Eigen::Lower>().solveInPlace(X);
+}
+void Cholesky::solve_upper_in_place(Eigen::Ref<Matrix> X) const {
+  const LargeBlasWork blas(product_of(L_.rows(), L_.rows(), X.cols()));
+  L_.adjoint().triangularView<Eigen::Upper>().solveInPlace(X);
+}
 void Cholesky::divide_by_upper(Eigen::Ref<Matrix> X) const { cbr::divide_by_upper(L_, X); }
 Matrix Cholesky::times_upper(const Matrix& B) const { return L_.adjoint().triangularView<Eigen::Upper>() * B; }
 
-bool cholesky_in_place(Eigen::Ref<Matrix> A) { return Eigen::LLT<Eigen::Ref<Matrix>>(A).info() == Eigen::Success; }
+bool cholesky_in_place(Eigen::Ref<Matrix> A) {
+  if (A.rows() < worth_lapack) return Eigen::LLT<Eigen::Ref<Matrix>>(A).info() == Eigen::Success;
+  const LargeBlasWork blas(product_of(A.rows(), A.rows(), A.rows()) / 3);
+  return LAPACKE_dpotrf_work(LAPACK_COL_MAJOR, 'L', static_cast<int>(A.rows()), A.data(), static_cast<int>(A.outerStride())) == 0;
+}
 
 void divide_by_upper(const Matrix& L, Eigen::Ref<Matrix> X) {
+  const LargeBlasWork blas(product_of(L.rows(), L.rows(), X.rows()));
   L.adjoint().triangularView<Eigen::Upper>().solveInPlace<Eigen::OnTheRight>(X);
 }
 

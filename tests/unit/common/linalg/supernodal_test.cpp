@@ -5,6 +5,7 @@
 
 #include "common/linalg/blas_threads.hpp"
 #include "common/linalg/sparse_cholesky.hpp"
+#include "common/program.hpp"
 #include "tests/unit/common/linalg/grid_matrices.hpp"
 
 extern "C" int openblas_get_num_threads(void);
@@ -83,6 +84,27 @@ TEST(Supernodal, BlasGetsItsThreadsBack) {
     EXPECT_EQ(openblas_get_num_threads(), 1);
   }
   EXPECT_EQ(openblas_get_num_threads(), before);
+}
+
+TEST(Supernodal, BlasThreadsAreSparedForLargeWork) {
+  set_threads(2);
+  spare_blas_threads(2);
+  EXPECT_EQ(openblas_get_num_threads(), 1);
+  {
+    const BlasForWork large(1e12);
+    EXPECT_EQ(openblas_get_num_threads(), 2);
+    {
+      const BlasForWork small(1e3);
+      EXPECT_EQ(openblas_get_num_threads(), 1);
+      const BlasForWork within(1e12);
+      EXPECT_EQ(openblas_get_num_threads(), 1);
+    }
+    EXPECT_EQ(openblas_get_num_threads(), 2);
+  }
+  EXPECT_EQ(openblas_get_num_threads(), 1);
+  spare_blas_threads(0);
+  EXPECT_EQ(openblas_get_num_threads(), 2);
+  set_threads(0);
 }
 
 }  // namespace
