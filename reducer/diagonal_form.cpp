@@ -30,8 +30,8 @@ Matrix times_mass(const Superelement& s, const Matrix& X) {
 //   T = [I  -B  ]    T^T M^ T = I    A = T^T K^ T = [ Lambda      -Lambda B                   ]
 //       [0  L^-T],                                  [ -B^T Lambda  B^T Lambda B + L^-1 K_cc L^-T ],
 // so nothing of the size n^3 is spent on making the problem a standard one, and neither K^ nor M^ is formed. R (n x r): the rigid
-// motions, R^T M^ R = I, no part along modes, which get lambda = 0. The lowest `count`, them included.
-Eigenpairs reduced_eigenpairs(const Superelement& s, const Matrix& R, std::optional<Index> count) {
+// motions, R^T M^ R = I, no part along modes, which get lambda = 0.
+Eigenpairs reduced_eigenpairs(const Superelement& s, const Matrix& R) {
   const Index k = s.k(), c = s.c(), n = s.n();
   const BlasForWork blas(9 * std::pow(static_cast<double>(n), 3));
   Matrix L = s.M_cc;
@@ -57,9 +57,9 @@ Eigenpairs reduced_eigenpairs(const Superelement& s, const Matrix& R, std::optio
   Matrix Q(n, R.cols());
   if (k > 0 && Q.cols() > 0) Q.topRows(k) = s.M_kc * R.bottomRows(c);
   if (Q.cols() > 0) Q.bottomRows(c) = cholesky.times_upper(R.bottomRows(c));
-  Eigenpairs pairs = dense_eigenpairs_beside(std::move(A), Q, count);
+  Eigenpairs pairs = dense_eigenpairs_beside(std::move(A), Q);
   if (!pairs.converged || c == 0) return pairs;
-  // V = T Z: V_c = L^-T Z_c, V_k = Z_k - M_kc V_c   (n x count)
+  // V = T Z: V_c = L^-T Z_c, V_k = Z_k - M_kc V_c   (n x n)
   auto V_c = pairs.Phi.bottomRows(c);
   cholesky.solve_upper_in_place(V_c);
   if (k > 0) pairs.Phi.topRows(k).noalias() -= s.M_kc * V_c;
@@ -145,14 +145,16 @@ Eigenpairs lowest_by_lanczos(const Superelement& s, const Matrix& R, Index count
   return pairs;
 }
 
+// All modes, or rigid motions and elastic ones up to `count` in all: by Lanczos, or of all, as what is 0 shows beside the largest
+// alone.
 void add_modes(Superelement& s, Matrix R, std::optional<Index> count) {
-  const Index n = count.value_or(s.n()), n_rigid = R.cols();
+  const Index n = s.n(), n_rigid = R.cols();
   if (n_rigid > 0) orthonormalise([&](const Matrix& X) { return times_mass(s, X); }, R, "the rigid motions");
   if (count) {
-    const Eigenpairs lowest = lowest_by_lanczos(s, R, n - n_rigid);
+    const Eigenpairs lowest = lowest_by_lanczos(s, R, *count - n_rigid);
     if (lowest.converged) return take_modes(s, std::move(R), lowest);
   }
-  Eigenpairs pairs = reduced_eigenpairs(s, R, count);
+  Eigenpairs pairs = reduced_eigenpairs(s, R);
   if (!pairs.converged) {
     throw InputError(
         "the reduced mass matrix is not positive definite, so there is no diagonal form (no integrator can do without), as "
@@ -165,11 +167,13 @@ void add_modes(Superelement& s, Matrix R, std::optional<Index> count) {
   const Matrix overlap = times_mass(s, R).transpose() * elastic;
   elastic.noalias() -= R * overlap;
   pairs.Phi.leftCols(n_rigid) = R;
-  // Below this the eigensolver cannot tell an eigenvalue from 0: a mechanism inside the interface. (Of the lowest alone: less.)
+  // Below this the eigensolver cannot tell an eigenvalue from 0: a mechanism inside the interface.
   const double noise = n > 0 ? 10 * std::numeric_limits<double>::epsilon() * std::abs(pairs.lambda(n - 1)) : 0.0;
-  s.omega = Vector::Zero(n);
-  for (Index j = n_rigid; j < n; ++j) s.omega(j) = pairs.lambda(j) > noise ? std::sqrt(pairs.lambda(j)) : 0.0;
+  const Index kept = count.value_or(n);
+  s.omega = Vector::Zero(kept);
+  for (Index j = n_rigid; j < kept; ++j) s.omega(j) = pairs.lambda(j) > noise ? std::sqrt(pairs.lambda(j)) : 0.0;
   s.V = std::move(pairs.Phi);
+  if (kept < n) s.V = RowMatrix(s.V.leftCols(kept));
 }
 
 }  // namespace
