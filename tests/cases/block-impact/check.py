@@ -20,7 +20,7 @@ def main():
             missed.append((run, what))
 
     # The impulse on superelements of any interface, and on the full mesh: the converged answer within 0.5 % of the speed.
-    for name in ("a-impulse", "b-impulse", "c-impulse", "full-impulse", "a100-impulse", "a500-impulse"):
+    for name in ("a-impulse", "b-impulse", "c-impulse", "shapes-impulse", "full-impulse", "a100-impulse", "a500-impulse"):
         run = load(folder / f"{name}.h5")
         expect(name, "left, m/s", run["v"]["left"][-1], CONVERGED[0], 0.005 * SPEED)
         expect(name, "right, m/s", run["v"]["right"][-1], CONVERGED[1], 0.005 * SPEED)

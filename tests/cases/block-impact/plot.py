@@ -18,8 +18,9 @@ import numpy as np
 SPEED = 3810.0
 CONVERGED = (300.4, 3509.6)  # mean velocities after the impact, mesh-converged: ../../../docs/theory.md
 INK, GREY = "#222222", "#999999"
-COLOURS = {"full": "#1f3b73", "a": "#2a9d4a", "b": "#e07b00", "c": "#b3202c"}
-LABELS = {"full": "full mesh", "a": "(a) contact face", "b": "(b) both x faces", "c": "(c) whole surface"}
+COLOURS = {"full": "#1f3b73", "a": "#2a9d4a", "b": "#e07b00", "c": "#b3202c", "shapes": "#7b2d8e"}
+LABELS = {"full": "full mesh", "a": "(a) contact face", "b": "(b) both x faces", "c": "(c) whole surface",
+          "shapes": "(a) by few shapes (ours)"}
 
 
 def load(path):
@@ -74,7 +75,7 @@ TITLES = {"nodal": "nodal: the paper's enforcement, (a) sticks", "penalty": "pen
 def figure5(folder, enforcements, file):
     fig, axes = plt.subplots(1, len(enforcements), figsize=(4.4 * len(enforcements), 4.2), layout="constrained", sharey=True)
     for axis, enforcement in zip(axes, enforcements):
-        for name in ("full", "c", "b", "a"):
+        for name in ("full", "c", "b", "a") + (("shapes",) if enforcement == "impulse" else ()):
             run = load(folder / f"{name}-{enforcement}.h5")
             draw(axis, run, COLOURS[name], f"{LABELS[name]}, {run['dofs'] // 2} dofs a block",
                  linewidth=3.2 if name == "full" else 1.4, alpha=0.55 if name == "full" else 1.0)
