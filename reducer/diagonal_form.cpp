@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "common/error.hpp"
-#include "common/linalg/blas_threads.hpp"
 #include "common/linalg/dense.hpp"
 #include "common/linalg/dense_factor.hpp"
 #include "common/linalg/eigenpairs.hpp"
@@ -33,7 +32,6 @@ Matrix times_mass(const Superelement& s, const Matrix& X) {
 // motions, R^T M^ R = I, no part along modes, which get lambda = 0.
 Eigenpairs reduced_eigenpairs(const Superelement& s, const Matrix& R) {
   const Index k = s.k(), c = s.c(), n = s.n();
-  const BlasForWork blas(9 * std::pow(static_cast<double>(n), 3));
   Matrix L = s.M_cc;
   if (k > 0) L.noalias() -= s.M_kc.transpose() * s.M_kc;
   const Cholesky cholesky(std::move(L));

@@ -71,7 +71,7 @@ class BlockLanczos {
  private:
   // Wide enough to read a factor once for many, narrow enough for a space of many powers.
   static Index chosen_block(Index n, Index k) {
-    const Index wide = k < 200 ? 8 : k < 400 ? 16 : 32;
+    const Index wide = k < 400 ? 8 : 16;
     return std::min(wide, std::max<Index>(4, n / 40));
   }
 

@@ -7,9 +7,12 @@
 
 #include <lapacke.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "common/linalg/blas_threads.hpp"
+#include "common/program.hpp"
+#include "common/row_threads.hpp"
 
 namespace cbr {
 namespace {
@@ -17,7 +20,22 @@ namespace {
 // Rows from which on LAPACK's factorisation, in blocks that it halves, is the faster one.
 constexpr Index worth_lapack = 256;
 
+// Flops of a solution from which on our threads share its columns.
+constexpr double worth_sharing = 2e8;
+
 double product_of(Index a, Index b, Index c) { return static_cast<double>(a) * static_cast<double>(b) * static_cast<double>(c); }
+
+// work(first, count) for parts of n columns or rows, on our threads with a BLAS of one thread each where that is worth it.
+template <typename Work>
+void share_parts(Index n, double flops, const Work& work) {
+  const Index parts = flops < worth_sharing ? 1 : std::min<Index>(n_threads(), n);
+  if (parts <= 1) return work(0, n);
+  const SingleThreadedBlas blas;
+  run_kept_threads(static_cast<int>(parts), [&](int part) {
+    const Index first = n * part / parts;
+    work(first, n * (part + 1) / parts - first);
+  });
+}
 
 }  // namespace
 
@@ -32,19 +50,27 @@ void Cholesky::solve_in_place(Vector& x) const {
 }
 
 void Cholesky::solve_in_place(Eigen::Ref<Matrix> X) const {
-  const LargeBlasWork blas(2 * product_of(L_.rows(), L_.rows(), X.cols()));
-  L_.triangularView<Eigen::Lower>().solveInPlace(X);
-  L_.adjoint().triangularView<Eigen::Upper>().solveInPlace(X);
+  share_parts(X.cols(), 2 * product_of(L_.rows(), L_.rows(), X.cols()), [&](Index first, Index count) {
+    auto part = X.middleCols(first, count);
+    L_.triangularView<Eigen::Lower>().solveInPlace(part);
+    L_.adjoint().triangularView<Eigen::Upper>().solveInPlace(part);
+  });
 }
 
 void Cholesky::solve_lower_in_place(Eigen::Ref<Matrix> X) const {
-  const LargeBlasWork blas(product_of(L_.rows(), L_.rows(), X.cols()));
-  L_.triangularView<Eigen::Lower>().solveInPlace(X);
+  share_parts(X.cols(), product_of(L_.rows(), L_.rows(), X.cols()), [&](Index first, Index count) {
+    auto part = X.middleCols(first, count);
+    L_.triangularView<Eigen::Lower>().solveInPlace(part);
+  });
 }
+
 void Cholesky::solve_upper_in_place(Eigen::Ref<Matrix> X) const {
-  const LargeBlasWork blas(product_of(L_.rows(), L_.rows(), X.cols()));
-  L_.adjoint().triangularView<Eigen::Upper>().solveInPlace(X);
+  share_parts(X.cols(), product_of(L_.rows(), L_.rows(), X.cols()), [&](Index first, Index count) {
+    auto part = X.middleCols(first, count);
+    L_.adjoint().triangularView<Eigen::Upper>().solveInPlace(part);
+  });
 }
+
 void Cholesky::divide_by_upper(Eigen::Ref<Matrix> X) const { cbr::divide_by_upper(L_, X); }
 Matrix Cholesky::times_upper(const Matrix& B) const { return L_.adjoint().triangularView<Eigen::Upper>() * B; }
 
@@ -55,8 +81,10 @@ bool cholesky_in_place(Eigen::Ref<Matrix> A) {
 }
 
 void divide_by_upper(const Matrix& L, Eigen::Ref<Matrix> X) {
-  const LargeBlasWork blas(product_of(L.rows(), L.rows(), X.rows()));
-  L.adjoint().triangularView<Eigen::Upper>().solveInPlace<Eigen::OnTheRight>(X);
+  share_parts(X.rows(), product_of(L.rows(), L.rows(), X.rows()), [&](Index first, Index count) {
+    auto part = X.middleRows(first, count);
+    L.adjoint().triangularView<Eigen::Upper>().solveInPlace<Eigen::OnTheRight>(part);
+  });
 }
 
 std::optional<Matrix6> small_cholesky(const Matrix6& A) {

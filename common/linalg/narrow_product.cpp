@@ -29,7 +29,7 @@ CBR_INLINE void add_columns(const double* L, Index stride, Index rows, const dou
     Lanes y;
     std::memcpy(&y, Y_t + width * i, sizeof y);
     Lanes z = {};
-    __builtin_prefetch(L + columns * stride + columns * i);
+    __builtin_prefetch(L + (columns + i % columns) * stride + i / columns * columns);
     CBR_UNROLL
     for (Index r = 0; r < columns; r += 2) {
       y += L[r * stride + i] * x[r];
@@ -48,7 +48,7 @@ CBR_INLINE void subtract_columns(const double* L, Index stride, Index rows, cons
   for (Index i = 0; i < rows; ++i) {
     Lanes y;
     std::memcpy(&y, Y_t + width * i, sizeof y);
-    __builtin_prefetch(L + columns * stride + columns * i);
+    __builtin_prefetch(L + (columns + i % columns) * stride + i / columns * columns);
     CBR_UNROLL
     for (Index r = 0; r < columns; ++r) sum[r] -= L[r * stride + i] * y;
   }
