@@ -13,8 +13,8 @@ namespace cbr {
 
 namespace {
 
-// A dense Cholesky factor of more rows pays back after more solves than a set stands (see bench_contact_solver).
-constexpr std::size_t largest_kept_factor = 4000;
+// Up to so many rows a set that has stood is factored: 1.2 GB, and the time of two or three solves by Krylov products.
+constexpr std::size_t largest_kept_factor = 12000;
 // Closed rows of a dense W up to which a factor costs no more than Krylov products, and is exact.
 constexpr std::size_t cheap_factor = 256;
 // Impulses outside of the cones are taken into them, with a product, when they violate the laws by no more than so many tolerances.
