@@ -51,6 +51,7 @@ test: build check
 
 check:
 	@$(PYTHON) tests/check_includes.py
+	@$(PYTHON) tests/check_equations.py
 
 demo: programs
 	$(MAKE) -C tests/cases/block-impact BIN=$(abspath $(BUILD))/bin

@@ -41,7 +41,7 @@ struct Conditioning {
   double largest_omega = not_known, lowest_omega = not_known;  // rad/s, of the reduced component: highest, lowest not rigid
   Index n_zero = 0, n_rigid = 0;                               // frequencies 0, and how many there have to be; with largest_omega
   std::string weakest, rigid_node, loose_node;                 // nodes, as messages name them; empty: not known
-  std::optional<Vector3> rho_res;  // docs/theory.md (5), of domains together or a second reduction: others have it in /accuracy
+  std::optional<Vector3> rho_res;  // docs/theory.md, (9); of domains together or a second reduction: others have it in /accuracy
 
   bool knows_modes() const { return !std::isnan(modes.residual); }
   bool knows_frequencies() const { return !std::isnan(largest_omega); }

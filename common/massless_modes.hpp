@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Algebra of basis massless that a reduction and the half of one (cbr-dyn --check-error) share. docs/theory.md, 2a.
+// Algebra of basis massless that a reduction and the half of one (cbr-dyn --check-error) share. docs/theory.md, "An interface without mass".
 #pragma once
 
 #include "common/superelement.hpp"

@@ -36,7 +36,7 @@ struct Superelement {
   Matrix K_cc, M_cc;   // c x c, symmetric
   Matrix M_kc;         // k x c
 
-  // Basis "massless" (docs/theory.md, 2a): in place of K_cc, M_cc and M_kc, which are empty, and with eigenvalues of the free body.
+  // Basis "massless" (docs/theory.md, "An interface without mass"): in place of K_cc, M_cc and M_kc, which are empty, and with eigenvalues of the free body.
   //   u_c = V q_k + F f_c,   q_k'' + diag(eigenvalues) q_k = V^T f_c
   struct Massless {
     Matrix V;                 // c x k, interface rows of the modes; rigid ones first, eigenvalue 0
@@ -49,7 +49,7 @@ struct Superelement {
     Matrix rigid_share;     // r x r, of fixed: A^1/2, A the rigid motions' mass in the modes before they were given the rest
   } massless;
 
-  // Basis "characteristic" (docs/theory.md, 2): q_k are all coordinates there are, and K_cc, M_cc, M_kc are empty.
+  // Basis "characteristic" (docs/theory.md, "An interface of few shapes"): q_k are all coordinates there are, and K_cc, M_cc, M_kc are empty.
   //   u_c = V q_k + B F B^T f_c,   q_k'' + diag(eigenvalues) q_k = V^T f_c
   // Column i of B (c x s) holds direction i at the three dofs of node i.
   struct Characteristic {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Basis characteristic: the interface moves in a few shapes of its own (Castanier, Tan, Pierre 2001, doi 10.2514/2.1445), with
-// static responses to patterns of pressure where it touches. docs/theory.md, 2.
+// static responses to patterns of pressure where it touches. docs/theory.md, "An interface of few shapes".
 #pragma once
 
 #include <vector>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Basis characteristic without dense matrices of the interface: shapes of the whole free component by sparse solves, beside the
-// fixed-interface modes. docs/theory.md, 2 ("An interface of few shapes").
+// fixed-interface modes. docs/theory.md, "An interface of few shapes".
 #pragma once
 
 #include <optional>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Basis massless: modes that carry all inertia, and an interface without any that answers forces by its compliance at once
-// (Monjaraz Tec, Gross, Krack 2022, doi 10.1016/j.compstruc.2021.106698). docs/theory.md, 2a.
+// (Monjaraz Tec, Gross, Krack 2022, doi 10.1016/j.compstruc.2021.106698). docs/theory.md, "An interface without mass".
 #pragma once
 
 #include <string>
@@ -43,7 +43,7 @@ struct FreeModesWanted {
   Index modes = 0;
   double cutoff_hz = 0;  // 0: `modes` counts
   // Interface rows that fall off towards the last mode, V_j <- V_j sqrt(1 - (omega_j / omega)^3) with omega of end_of_fall(), and
-  // F takes what that leaves of the compliance: docs/theory.md 2, figures in docs/decisions/energy.md.
+  // F takes what that leaves of the compliance: docs/theory.md, "An interface without mass"; figures in docs/decisions/energy.md.
   bool tapered = false;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the full model's lowest eigenvalues are, from a reduced one's and what its modes lack (docs/theory.md, 5i).
+// What the full model's lowest eigenvalues are, from a reduced one's and what its modes lack (docs/theory.md, (12)).
 #pragma once
 
 #include <vector>

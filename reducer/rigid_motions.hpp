@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Rigid motions of a component, which the interior has to follow exactly whatever round-off makes of K_II^-1 (docs/theory.md, 1).
+// Rigid motions of a component, which the interior has to follow exactly whatever round-off makes of K_II^-1 (docs/theory.md, "Round-off of rigid motions").
 #pragma once
 
 #include <vector>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Basis characteristic: faces that touch keep the static compliance that a few shapes leave of theirs. docs/theory.md, 2.
+// Basis characteristic: faces that touch keep the static compliance that a few shapes leave of theirs. docs/theory.md, "Statics in full".
 #pragma once
 
 #include <string>

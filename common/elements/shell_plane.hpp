@@ -10,7 +10,7 @@ namespace cbr::shell {
 
 // Of the tie between a node's drilling rotation and the continuum's, over the shear modulus: any value above 0 converges.
 constexpr double drilling_modulus = 1;
-// Rotary inertia is mass times max(t^2 / 12, this times the element's area): docs/theory.md, Shells.
+// Rotary inertia is mass times max(t^2 / 12, this times the element's area): docs/theory.md, "Shells".
 constexpr double rotary_area_factor = 0.125;
 
 // Lengths in units of `length`, so that nothing depends on the element's size: x, y in the mean plane, z the height of a node

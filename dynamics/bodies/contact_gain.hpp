@@ -9,7 +9,8 @@ namespace cbr {
 // mode that moves exactly at F / omega^2 times x / tan x at the steps' ends, where contact looks, and not at F / omega^2: bodies
 // would be stiffer in contact than they are (by 8 % at omega h = 1, 36 % at 2). Impulses of contact are given to modes with this
 // gain, which makes what is pressed for long compress as it should, at any step; rigid motions have gain 1. It is a modal mass and
-// stiffness smaller by the gain for all that contact sees, so that energies are weighed by its inverse (docs/theory.md, 4b).
+// stiffness smaller by the gain for all that contact sees, so that energies are weighed by its inverse
+// (docs/theory.md, "Compliance that lasts").
 Vector contact_gain(const Vector& omega, double h);
 
 }  // namespace cbr

@@ -22,7 +22,7 @@ struct StaticsForm {
   double omega_limit = 0;  // rad/s, limits a step: massless, with the interface held; else the highest of `modal`
 
   // The time over which statics follow a force, at least the step h: a force f moves them by F f h / following(h) in it. Beside
-  // shapes with mass that is 1 / omega_limit or more: else contact bounces on them in short steps. docs/theory.md, (9h).
+  // shapes with mass that is 1 / omega_limit or more: else contact bounces on them in short steps. docs/theory.md, (41).
   double following(double h) const;
 
   // The rows of some nodes, numbered by their places in `nodes`, and the shapes that these move in, V_c^T = Q A, kept for those

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which of the faces that a node meets hold it together: docs/theory.md, 4, "Hollow corners".
+// Which of the faces that a node meets hold it together: docs/theory.md, "Hollow corners".
 #pragma once
 
 #include <span>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The energy that contact has taken because modes, or a mesh, cannot hold the waves that it sets off (docs/theory.md 4).
+// The energy that contact has taken because modes, or a mesh, cannot hold the waves that it sets off (docs/theory.md, (44)).
 #pragma once
 
 #include <optional>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Where the energy of an impact goes (docs/theory.md 4): a block meets a wall, as a full mesh and as superelements. What the mesh's
+// Where the energy of an impact goes (docs/theory.md, (44)): a block meets a wall, as a full mesh and as superelements. What the mesh's
 // motion carries just after the contact is split into what a basis holds and what it does not: [u_I; u_C] = T q + rest, T = [Phi,
 // Psi; 0, I], with T^T K rest = 0 for strains and T^T M rest = 0 for velocities, so that the energies of both parts add up.
 #include <gtest/gtest.h>

@@ -188,7 +188,7 @@ TEST(Hertz, FiniteBallTendsToHertz) {
 void expect_conserved(const Errors& e, Index m) {
   EXPECT_LT(std::abs(e.energy), 5e-5 * std::pow(8 / double(m), 2));
   EXPECT_LT(e.momentum, 1e-10);
-  EXPECT_LT(e.angular_momentum, 1e-4);  // of the undeformed shapes: docs/theory.md; approach / radius is 2e-3
+  EXPECT_LT(e.angular_momentum, 1e-4);  // of the undeformed shapes: docs/theory.md, "Angular momentum"; approach / radius is 2e-3
   EXPECT_LT(e.energy_residual, 1e-9);
 }
 

@@ -19,8 +19,8 @@ struct DenseBody {
   std::vector<Vector> load;  // amplitude of each load on q
   std::vector<History> history;
   enum class Scheme { exact, central, newmark } scheme = Scheme::exact;
-  bool lasting = false;    // impulses of contact have the compliance of a force that lasts (docs/theory.md, 9a)
-  double clip = HUGE_VAL;  // exact: modes above this frequency have it, by their modal mass (6c)
+  bool lasting = false;    // impulses of contact have the compliance of a force that lasts (docs/theory.md, (35))
+  double clip = HUGE_VAL;  // exact: modes above this frequency have it, by their modal mass: docs/theory.md, (28)
 };
 
 // Modes as the body moves in them; `inverse`: V^-1.
@@ -30,7 +30,7 @@ struct DenseMotionModes {
 };
 DenseMotionModes dense_motion_modes(const DenseBody& body);
 
-// B S(h) B^T of all visible dofs: what impulses at the start of a step do to its end (docs/theory.md: 9, 9b, 9d).
+// B S(h) B^T of all visible dofs: what impulses at the start of a step do to its end (docs/theory.md, (34), (36), (37)).
 Matrix dense_response(const DenseBody& body, double h);
 
 // A step: predict(), then push() any number of times, accept(). Impulses are of the visible dofs, 3 n.
@@ -39,7 +39,7 @@ class DenseStepper {
   DenseStepper(const DenseBody& body, double h);
   void predict();
   void push(const Vector& impulse);
-  void push_velocities(const Vector& impulse);  // at the end of the step: positions stay (docs/theory.md: 9e)
+  void push_velocities(const Vector& impulse);  // at the end of the step: positions stay (docs/theory.md, (38))
   void accept();
 
   const Points& start() const { return start_; }  // n x 3

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The laws of contact by brute force: docs/theory.md, (8) and (10).
+// The laws of contact by brute force: docs/theory.md, (33) and (42).
 #pragma once
 
 #include <vector>

@@ -199,7 +199,7 @@ class Run {
     remember(group, g + W * p, settled);
   }
 
-  // Newmark: of the points with an impulse, the total one for which the laws hold with velocities in the place of gaps (9e).
+  // Newmark: of the points with an impulse, the total one for which the laws hold with velocities in the place of gaps: docs/theory.md, (38).
   Vector settle(const Group& group, const Vector& p) {
     if (!std::any_of(steppers_.begin(), steppers_.end(), [](const DenseStepper& b) { return b.is_newmark(); })) return p;
     Group closed;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Where bodies can touch, by all nodes against all faces: docs/theory.md, 4, "Points".
+// Where bodies can touch, by all nodes against all faces: docs/theory.md, "Points".
 #pragma once
 
 #include <array>
