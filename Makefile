@@ -17,9 +17,9 @@ help:
 	@echo "make hertz       steel balls on each other and on a plane against Hertz: runs, plots, table (5 minutes)"
 	@echo "make small-features  a bracket with fillets and holes hits a wall, full meshes against superelements: runs, plots, table (3 minutes)"
 	@echo "make ordinary-part  a part without small features falls onto a floor, full mesh against superelements: runs, plots, table (3 minutes)"
-	@echo "make stress    the stress table into docs/stability.md (a minute), then load, seeds, fuzz"
+	@echo "make stress    the stress table into docs/stability-rows.md (a minute), then load, seeds, fuzz"
 	@echo "make stress-table  the table alone"
-	@echo "make load      1000 instances, 200 000 contact nodes, 10 million outputs, scenes of 100 MB: how time and memory grow, into docs/stability.md (six minutes, 8 GB)"
+	@echo "make load      1000 instances, 200 000 contact nodes, 10 million outputs, scenes of 100 MB: how time and memory grow, into docs/stability-load.md (six minutes, 8 GB)"
 	@echo "make seeds     random scenes against what must not change them and dense arithmetic: SEEDS=FIRST:COUNT (1000:1000; half an hour)"
 	@echo "make fuzz      fuzzers of all readers, each for MINUTES=1; TARGETS=\"scene gmsh exodus superelement edits program checkpoint\"; needs clang"
 	@echo "make sanitize  all tests under the address and undefined-behaviour sanitizers, in build-debug (an hour)"
@@ -75,7 +75,7 @@ small-features: programs
 ordinary-part: programs
 	$(MAKE) -C tests/cases/ordinary-part all check BIN=$(abspath $(BUILD))/bin
 
-# docs/stability.md, made by the run
+# docs/stability*.md, made by the run
 stress: stress-table load seeds fuzz
 stress-table: programs
 	$(MAKE) -C tests/stability table BIN=$(abspath $(BUILD))/bin JOBS=$(JOBS)

@@ -339,7 +339,7 @@ void warn_nodal(const ContactOptions& options, const BuiltScene& built, const Co
 }  // namespace
 
 void require_memory_for_pairs(double n_pairs, double memory, const ContactOptions& all) {
-  constexpr double bytes_of_pair = 300;  // measured with 3000 instances that never meet: docs/stability.md, "Load"
+  constexpr double bytes_of_pair = 300;  // measured with 3000 instances that never meet: docs/stability-load.md
   if (n_pairs * bytes_of_pair <= memory) return;
   std::ostringstream text;
   text.precision(3);

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Load: large scenes at several sizes, what they take and how that grows, into docs/stability.md.
+"""Load: large scenes at several sizes, what they take and how that grows, into docs/stability-load.md.
 
 load.py [--quick] [--only WORDS] [--write FILE]; BIN: folder of the programs. --quick: small sizes, whose runs, memory and counts of
 work are judged (what ctest runs); times are only told. Exits 1 when a run fails or a bound is not held."""

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The stress table: runs the programs on what is fragile, and writes docs/stability.md.
+"""The stress table: runs the programs on what is fragile, and writes its rows and their summary.
 
-stress.py [--quick] [--only WORDS] [--jobs N] [--write FILE]; BIN: folder of the programs.
+stress.py [--quick] [--only WORDS] [--jobs N] [--write ROWS --summary FILE]; BIN: folder of the programs.
 --quick leaves the long rows out. Exits 1 when a row has not held."""
 import argparse
 import concurrent.futures
@@ -28,7 +28,8 @@ import rows_steps  # noqa: F401
 import rows_thin  # noqa: F401
 
 CHAPTERS = ["Elements and meshes", "Reduction", "Conditioning", "Time steps", "Contact", "Other bases, and domains", "Units and magnitudes", "Bad input"]
-MARKS = "<!-- rows: written by `make stress` -->", "<!-- end of rows -->"
+MARKS = "<!-- rows: written by `make stress-table` -->", "<!-- end of rows -->"
+SUMMARY_MARKS = "<!-- summary: written by `make stress-table` -->", "<!-- end of summary -->"
 
 
 def arguments():
@@ -36,7 +37,8 @@ def arguments():
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--only", default="", help="rows whose chapter or text holds these words")
     parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--write", type=pathlib.Path, help="the document whose table is renewed")
+    parser.add_argument("--write", type=pathlib.Path, help="the document whose rows are renewed")
+    parser.add_argument("--summary", type=pathlib.Path, help="the document whose counts of rows are renewed")
     return parser.parse_args()
 
 
@@ -47,13 +49,12 @@ def run_row(row, full):
     return done, time.monotonic() - start
 
 
-def write(file, chapters):
+def write(file, marks, tables):
     """Only what stands between the marks is replaced."""
     text = file.read_text()
-    before, rest = text.split(MARKS[0])
-    after = rest.split(MARKS[1])[1]
-    tables = "".join(f"\n## {name}\n\n{table.markdown(lines)}" for name, lines in chapters.items())
-    file.write_text(before + MARKS[0] + "\n" + tables + "\n" + MARKS[1] + after)
+    before, rest = text.split(marks[0])
+    after = rest.split(marks[1])[1]
+    file.write_text(before + marks[0] + "\n" + tables + "\n" + marks[1] + after)
 
 
 def main():
@@ -72,7 +73,9 @@ def main():
     for line in failed:
         print(f"not held: {line.what}: {line.figure} ({line.bound})")
     if options.write:
-        write(options.write, chapters)
+        write(options.write, MARKS, "".join(f"\n## {name}\n\n{table.markdown(lines)}" for name, lines in chapters.items()))
+    if options.summary:
+        write(options.summary, SUMMARY_MARKS, "\n" + table.summary(chapters))
     return 1 if failed or not count else 0
 
 

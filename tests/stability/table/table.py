@@ -67,3 +67,12 @@ def markdown(lines):
     cell = lambda text: html.escape(" ".join(text.split()), quote=False).replace("|", "\\|")
     text = "| what was done | figure | bound | held |\n|---|---|---|---|\n"
     return text + "".join(f"| {cell(l.what)} | {cell(l.figure)} | {cell(l.bound)} | {'yes' if l.held else '**no**'} |\n" for l in lines)
+
+
+def summary(chapters):
+    """The table of all chapters: how many rows, how many held, how many record a known weakness."""
+    text = "| chapter | rows | held | known weaknesses |\n|---|---|---|---|\n"
+    for name, lines in chapters.items():
+        weak = sum("known weakness" in line.what for line in lines)
+        text += f"| {name} | {len(lines)} | {sum(line.held for line in lines)} | {weak} |\n"
+    return text
