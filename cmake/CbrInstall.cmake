@@ -16,3 +16,11 @@ write_basic_package_version_file(${PROJECT_BINARY_DIR}/cbrConfigVersion.cmake CO
 file(GLOB find_modules ${PROJECT_SOURCE_DIR}/cmake/Find*.cmake)
 install(FILES ${PROJECT_BINARY_DIR}/cbrConfig.cmake ${PROJECT_BINARY_DIR}/cbrConfigVersion.cmake
   ${PROJECT_SOURCE_DIR}/cmake/CbrFindLibrary.cmake ${find_modules} DESTINATION ${package_dir})
+
+# The Python package, where Debian's Python looks below /usr/local, and its command.
+set(CBR_PYTHON /usr/bin/python3 CACHE FILEPATH "Python with h5py, numpy and matplotlib, for tests and plots")
+execute_process(COMMAND ${CBR_PYTHON} -c "import sys; print('lib/python%d.%d/dist-packages' % sys.version_info[:2])"
+  OUTPUT_VARIABLE CBR_PYTHON_FOLDER OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/python/cbr DESTINATION ${CBR_PYTHON_FOLDER} PATTERN __pycache__ EXCLUDE)
+configure_file(${PROJECT_SOURCE_DIR}/cmake/cbr-report.in ${PROJECT_BINARY_DIR}/cbr-report @ONLY)
+install(PROGRAMS ${PROJECT_BINARY_DIR}/cbr-report DESTINATION ${CMAKE_INSTALL_BINDIR})

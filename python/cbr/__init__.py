@@ -1,0 +1,16 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Files and runs of the cbr programs, from Python.
+
+    superelement(path)   matrices, dofs, faces, frequencies, shapes and responses of a superelement
+    results(path)        the time series of a run, by name
+    scene(...)           a scene: written to a file, and run by cbr-reduce, cbr-skin and cbr-dyn
+
+Arrays have the units of the scene. docs/formats.md describes all files.
+"""
+from cbr.results import Results, results
+from cbr.scene import Failed, Scene, scene
+from cbr.superelement import Faces, FileError, Superelement, superelement
+
+__all__ = ["Faces", "Failed", "FileError", "Results", "Scene", "Superelement", "results", "scene",
+           "superelement"]
+__version__ = "0.1.0"

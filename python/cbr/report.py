@@ -1,0 +1,249 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""cbr-report: a page of a run, in one HTML file that needs no network."""
+from __future__ import annotations
+
+import argparse
+import html
+import io
+import pathlib
+import re
+import sys
+from collections.abc import Callable
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+
+from cbr.results import Array, Results, results
+from cbr.superelement import FileError, Superelement, superelement
+
+STYLE = """
+body { font: 15px/1.5 system-ui, sans-serif; max-width: 60em; margin: 2em auto; padding: 0 1em; color: #222 }
+table { border-collapse: collapse; margin: 1em 0 }
+th, td { text-align: left; padding: .2em 1em .2em 0; border-bottom: 1px solid #ddd }
+td.number { text-align: right; font-variant-numeric: tabular-nums }
+figure { margin: 1em 0 } svg { max-width: 100%; height: auto }
+"""
+COLOURS = ["#1f3b73", "#b3202c", "#2a9d4a", "#e07b00", "#7b2d8e", "#555555"]
+WORKS = ["work_external", "work_contact", "work_friction", "work_damping", "work_numerical"]
+MOST_CURVES = 12  # instances or surfaces in one figure
+
+
+def number(x: float) -> str:
+    return f"{x:.4g}"
+
+
+def table(head: list[str], rows: list[list[str | float]]) -> str:
+    def cell(x: str | float) -> str:
+        return f"<td>{html.escape(x)}</td>" if isinstance(x, str) else f'<td class="number">{number(x)}</td>'
+
+    lines = ["<table>", "<tr>" + "".join(f"<th>{html.escape(h)}</th>" for h in head) + "</tr>"]
+    lines += ["<tr>" + "".join(cell(x) for x in row) + "</tr>" for row in rows]
+    return "\n".join(lines + ["</table>"])
+
+
+def figure(draw: Callable[[Axes], None], height: float = 3.2) -> str:
+    """What `draw` puts on a pair of axes, as SVG in the page."""
+    with plt.rc_context({"svg.hashsalt": "cbr", "font.size": 9}):
+        fig, axis = plt.subplots(figsize=(8, height), layout="constrained")
+        draw(axis)
+        axis.spines[["top", "right"]].set_visible(False)
+        out = io.StringIO()
+        fig.savefig(out, format="svg", metadata={"Date": None, "Creator": None})
+        plt.close(fig)
+    text = out.getvalue()
+    # Ids are the same in all figures, and a page has one of each
+    figure.count = getattr(figure, "count", 0) + 1  # type: ignore[attr-defined]
+    prefix = f"f{figure.count}-"  # type: ignore[attr-defined]
+    text = re.sub(r'(\bid="|href="#|url\(#)', lambda m: m.group(0) + prefix, text[text.index("<svg"):])
+    return f"<figure>{text}</figure>"
+
+
+class Runs:
+    """The run of the page and, when there is one, that to compare it with; curves of both on one figure."""
+
+    def __init__(self, run: Results, other: Results | None):
+        self.run, self.other = run, other
+
+    def curves(self, title: str, unit: str, named: list[tuple[str, str, Callable[[Array], Array]]]) -> str:
+        """named: label, dataset, and what to draw of it (n, from n or n x 3)."""
+        def draw(axis: Axes) -> None:
+            for i, (label, name, of) in enumerate(named):
+                colour = COLOURS[i % len(COLOURS)]
+                axis.plot(self.run.time, of(self.run[name]), color=colour, label=label)
+                if self.other is not None and name in self.other:
+                    axis.plot(self.other.time, of(self.other[name]), color=colour, linestyle="--",
+                              label=f"{label}, other")
+            axis.set_title(title, loc="left")
+            axis.set_xlabel("time")
+            axis.set_ylabel(unit)
+            axis.legend(frameon=False, fontsize=8)
+
+        return figure(draw) if named else ""
+
+
+def same(x: Array) -> Array:
+    return x
+
+
+def size(x: Array) -> Array:
+    return np.linalg.norm(x, axis=1)
+
+
+def what_ran(run: Results) -> str:
+    rows: list[list[str | float]] = [["program", str(run.attributes.get("generator", "?"))]]
+    rows += [["instances", ", ".join(run.instances)], ["dofs", float(run.attributes.get("n_dofs", 0))],
+             ["steps", float(run.attributes.get("steps", 0))], ["end", float(run.time[-1])]]
+    if run.attributes.get("partial", 0):
+        rows.append(["state", "the run was stopped before its end"])
+    return table(["what ran", ""], rows)
+
+
+def checks(run: Results) -> str:
+    """Figures that tell whether the run can be trusted, each with what is good."""
+    rows: list[list[str | float]] = []
+    if "energy/total" in run:
+        total = run["energy/total"]
+        works = sum((run[f"energy/{w}"] for w in WORKS if f"energy/{w}" in run), np.zeros(len(total)))
+        scale = max(np.abs(total).max(), np.abs(works).max())
+        if scale > 0:
+            off = np.abs(total - total[0] - (works - works[0])).max() / scale
+            rows.append(["energy that work does not account for", float(off), "below 1e-8"])
+            gain = (total - total[0] - (run["energy/work_external"] if "energy/work_external" in run else 0)).max()
+            rows.append(["energy above that of the start and of loads, share", float(max(gain, 0) / scale), "below 1e-3"])
+    if run.instances and not run.pairs:
+        p = sum(run[f"instances/{i}/momentum"] for i in run.instances)
+        scale = max(np.abs(run[f"instances/{i}/momentum"]).max() for i in run.instances)
+        rows.append(["change of momentum, share", float(np.abs(p - p[0]).max() / scale) if scale > 0 else 0.0, "0 without loads"])
+    for pair in run.pairs:
+        for what, good in (("residual", "below 1e-6"), ("penetration", "small beside the elements; 0 with impulse")):
+            if f"contact/{pair}/{what}" in run:
+                rows.append([f"{what} of {pair}, largest", float(run[f"contact/{pair}/{what}"].max()), good])
+    return table(["check", "figure", "good"], rows) if rows else ""
+
+
+def timings(run: Results) -> str:
+    def draw(axis: Axes) -> None:
+        names = list(run.seconds)
+        axis.barh(names, [run.seconds[n] for n in names], color=COLOURS[0])
+        axis.invert_yaxis()
+        axis.set_title("Wall time of the phases", loc="left")
+        axis.set_xlabel("s")
+
+    return figure(draw, 1.8) if run.seconds else ""
+
+
+def motion(runs: Runs) -> str:
+    run = runs.run
+    parts = [runs.curves("Energy", "energy", [(w.replace("_", " "), f"energy/{w}", same) for w in ["total", *WORKS]
+                                              if f"energy/{w}" in run and (w == "total" or run[f"energy/{w}"].any())])]
+    for axis in range(3):
+        names = [i for i in run.instances if np.ptp(run[f"instances/{i}/momentum"][:, axis]) > 0][:MOST_CURVES]
+        largest = max((np.abs(run[f"instances/{i}/momentum"]).max() for i in run.instances), default=0)
+        if any(np.abs(run[f"instances/{i}/momentum"][:, axis]).max() > 1e-6 * largest for i in names):
+            parts.append(runs.curves(f"Momentum along {'xyz'[axis]}", "momentum",
+                                     [(i, f"instances/{i}/momentum", lambda x, a=axis: x[:, a]) for i in names]))
+    return "\n".join(parts)
+
+
+def contact(runs: Runs) -> str:
+    parts = []
+    for pair in runs.run.pairs:
+        parts.append(f"<h3>{html.escape(pair)}</h3>")
+        for what, of, unit in (("force", size, "force"), ("area", same, "area in contact")):
+            if f"contact/{pair}/{what}" in runs.run:
+                parts.append(runs.curves(what.capitalize(), unit, [(pair, f"contact/{pair}/{what}", of)]))
+    return "\n".join(parts)
+
+
+def is_round_off(run: Results, name: str) -> bool:
+    """Whether a dataset is zero but for round-off, or tells of round-off."""
+    if name.endswith(("/residual", "/penetration")):
+        return True
+    if not name.endswith("/angular_momentum"):
+        return False
+    body = name.rsplit("/", 1)[0]
+    arm = np.abs(run[f"{body}/center_of_mass"]).max()
+    return bool(np.abs(run[name]).max() <= 1e-9 * arm * np.abs(run[f"{body}/momentum"]).max())
+
+
+def differences(run: Results, other: Results) -> str:
+    """Of each dataset that both have: the largest difference over time, and that at the end, of its largest value."""
+    rows: list[list[str | float]] = []
+    for name in run:
+        if name == "time" or name not in other or run[name].shape[1:] != other[name].shape[1:]:
+            continue
+        if is_round_off(run, name):
+            continue
+        a, b = run[name].reshape(len(run.time), -1), other[name].reshape(len(other.time), -1)
+        inside = run.time <= other.time[-1]
+        at_a = np.column_stack([np.interp(run.time[inside], other.time, column) for column in b.T])
+        scale = np.abs(a).max()
+        if scale > 0 and inside.any():
+            off = np.abs(a[inside] - at_a) / scale
+            rows.append([name, float(scale), float(off.max()), float(off[-1].max())])
+    rows.sort(key=lambda row: -float(row[2]))
+    return table(["dataset", "largest value", "largest difference, share", "at the last common time"], rows)
+
+
+def in_words(s: Superelement) -> str:
+    """The error figures of a superelement as sentences."""
+    say = [f"{s.path}: basis {s.basis}, {len(s.K)} coordinates, {len(s.node)} interface dofs, mass {number(s.mass)}."]
+    if "covered_hz" in s.accuracy:
+        covered, complete = s.accuracy["covered_hz"], s.accuracy["complete_hz"]
+        say.append(f"Frequencies are right to 1 % up to {number(covered)} Hz." if covered > 0
+                   else "No frequency is known to be right to 1 %.")
+        say.append(f"No mode is missing below {number(complete)} Hz.")
+    if s.accuracy.get("largest_left_out", 0) > 0:
+        say.append(f"Accelerations of the interface leave out {100 * s.accuracy['largest_left_out']:.2g} % of the "
+                   "interior's strain energy at most.")
+    elastic = [f for f in s.frequencies() if f > 0][:10]
+    say.append("Lowest frequencies, Hz: " + ", ".join(number(f) for f in elastic) + ".")
+    return "<p>" + html.escape(" ".join(say)) + "</p>"
+
+
+def page(run: Results, other: Results | None = None, superelements: list[Superelement] | None = None) -> str:
+    """The whole page, HTML."""
+    figure.count = 0  # type: ignore[attr-defined]
+    name = pathlib.Path(run.path).name
+    runs = Runs(run, other)
+    parts = [f"<h1>{html.escape(name)}</h1>"]
+    if other is not None:
+        parts.append(f"<p>Compared with {html.escape(pathlib.Path(other.path).name)}, which is drawn with dashes.</p>")
+    parts += [what_ran(run), "<h2>Can it be trusted</h2>", checks(run)]
+    if other is not None:
+        parts += ["<h2>Differences</h2>", differences(run, other)]
+    parts += ["<h2>Motion</h2>", motion(runs)]
+    if run.pairs:
+        parts += ["<h2>Contact</h2>", contact(runs)]
+    if superelements:
+        parts += ["<h2>Superelements</h2>", *(in_words(s) for s in superelements)]
+    parts += ["<h2>Time</h2>", timings(run)]
+    body = "\n".join(parts)
+    return (f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{html.escape(name)}</title>\n'
+            f"<style>{STYLE}</style>\n</head>\n<body>\n{body}\n</body>\n</html>\n")
+
+
+def main(arguments: list[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(prog="cbr-report", description=__doc__)
+    parser.add_argument("results", help="what cbr-dyn wrote")
+    parser.add_argument("-o", "--output", required=True, metavar="RUN.html", help="the page")
+    parser.add_argument("--compare", metavar="OTHER.h5", help="results to draw on top, with a table of differences")
+    parser.add_argument("--superelement", action="append", default=[], metavar="FILE.cbr.h5",
+                        help="tell its frequencies and errors too; may be given again")
+    given = parser.parse_args(arguments)
+    try:
+        text = page(results(given.results), results(given.compare) if given.compare else None,
+                    [superelement(path) for path in given.superelement])
+        pathlib.Path(given.output).write_text(text)
+    except (FileError, OSError, KeyError) as error:
+        print(f"cbr-report: error: {error}", file=sys.stderr)
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Results: what cbr-dyn writes."""
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+
+import h5py
+import numpy as np
+import numpy.typing as npt
+
+from cbr.superelement import open_file
+
+Array = npt.NDArray[np.float64]
+
+
+class Results(Mapping[str, Array]):
+    """Every dataset of a results file by its name, read when it is asked for.
+
+    >>> import cbr, tempfile, h5py, os
+    >>> path = os.path.join(tempfile.mkdtemp(), "r.h5")
+    >>> with h5py.File(path, "w") as f:
+    ...     f.attrs["format"] = "cbr-results"
+    ...     f["time"] = [0.0, 1.0]
+    ...     f["instances/left/momentum"] = [[1.0, 0.0, 0.0], [0.5, 0.0, 0.0]]
+    >>> r = cbr.results(path)
+    >>> r.instances
+    ['left']
+    >>> r["instances/left/momentum"][-1]
+    array([0.5, 0. , 0. ])
+    """
+
+    def __init__(self, path: str | os.PathLike[str]):
+        self.path = os.fspath(path)
+        self._names: list[str] = []
+        with open_file(path, "cbr-results") as f:
+            self.attributes = dict(f.attrs)
+            f.visititems(lambda name, item: self._names.append(name) if isinstance(item, h5py.Dataset) else None)
+
+    def __getitem__(self, name: str) -> Array:
+        if name not in self._names:
+            raise KeyError(f"{self.path}: no dataset '{name}'; there are: {', '.join(self._names)}")
+        with h5py.File(self.path) as f:
+            return f[name][()]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
+
+    def _groups(self, above: str) -> list[str]:
+        names = [name.split("/") for name in self._names if name.startswith(above + "/")]
+        return list(dict.fromkeys(parts[1] for parts in names if len(parts) > 2))
+
+    @property
+    def time(self) -> Array:
+        """Of each output."""
+        return self["time"]
+
+    @property
+    def instances(self) -> list[str]:
+        return self._groups("instances")
+
+    @property
+    def pairs(self) -> list[str]:
+        """Names of the contact pairs: 'left.contact - right.contact'."""
+        return self._groups("contact")
+
+    @property
+    def surfaces(self) -> list[str]:
+        """Surfaces with a history."""
+        return self._groups("surfaces")
+
+    @property
+    def seconds(self) -> dict[str, float]:
+        """Wall time of each phase of the run."""
+        start = "wall_seconds_"
+        return {k[len(start):]: float(v) for k, v in self.attributes.items() if k.startswith(start)}
+
+
+def results(path: str | os.PathLike[str]) -> Results:
+    """Opens the results of a run. FileError: the file is none."""
+    return Results(path)

@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Scenes: what all programs read."""
+from __future__ import annotations
+
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+from typing import Any
+
+from cbr.results import Results
+
+
+class Failed(Exception):
+    """A program ended with an error; `returncode` is its exit code, 2 when the input is to blame."""
+
+    def __init__(self, program: str, returncode: int, message: str):
+        super().__init__(f"{program}: {message}")
+        self.program, self.returncode = program, returncode
+
+
+def _program(name: str, folder: str | os.PathLike[str] | None) -> str:
+    folder = folder or os.environ.get("CBR_BIN")
+    found = shutil.which(name, path=os.fspath(folder) if folder else None)
+    if found is None:
+        where = f"in {folder}" if folder else "on PATH"
+        raise FileNotFoundError(f"{name} is not {where}: set CBR_BIN to the folder of the programs")
+    return os.path.abspath(found)
+
+
+def _run(program: str, *arguments: str, cwd: pathlib.Path, bin: str | os.PathLike[str] | None) -> None:
+    done = subprocess.run([_program(program, bin), "--quiet", *arguments], cwd=cwd, text=True,
+                          stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+    if done.returncode != 0:
+        errors = [line for line in done.stderr.splitlines() if ": error: " in line]
+        message = errors[-1].split(": error: ", 1)[1] if errors else done.stderr.strip()
+        raise Failed(program, done.returncode, message)
+
+
+class Scene(dict[str, Any]):
+    """The keys of a scene (docs/formats.md) with Python's dictionaries, lists, numbers and strings.
+
+    >>> s = scene(materials={"steel": {"youngs_modulus": 2.1e11, "poissons_ratio": 0.3, "density": 7850}})
+    >>> s["time"] = {"end": 1e-3}
+    >>> sorted(s)
+    ['materials', 'time']
+    """
+
+    def write(self, path: str | os.PathLike[str]) -> None:
+        """As JSON, which is YAML too. File names in it are relative to the folder of `path`."""
+        pathlib.Path(path).write_text(json.dumps(self, indent=2) + "\n")
+
+    def run(self, path: str | os.PathLike[str], bin: str | os.PathLike[str] | None = None) -> Results:
+        """Writes the scene to `path`, reduces what has to be, runs it, and opens the results, which are
+        beside it: NAME.h5 of NAME.yaml. `bin`: the programs' folder, else $CBR_BIN, else PATH.
+        Failed: a program says what is wrong. FileNotFoundError: there is no such program.
+        """
+        path = pathlib.Path(path)
+        self.write(path)
+        out = path.with_suffix(".h5")
+        if any(i.get("as") != "mesh" for i in self.get("instances", {}).values()):
+            _run("cbr-reduce", path.name, cwd=path.parent, bin=bin)
+        if "skin" in self:
+            _run("cbr-skin", path.name, cwd=path.parent, bin=bin)
+        _run("cbr-dyn", path.name, "-o", out.name, cwd=path.parent, bin=bin)
+        return Results(out)
+
+
+def scene(**keys: Any) -> Scene:
+    """A scene of these keys: materials, components, instances, walls, contact, time, output, ..."""
+    return Scene(keys)

@@ -1,0 +1,167 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Superelements: what cbr-reduce writes."""
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from typing import Any
+
+import h5py
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.int64]
+
+
+class FileError(Exception):
+    """A file that is not what it should be: its name and what is wrong."""
+
+
+@dataclass(frozen=True)
+class Faces:
+    """Faces of a surface that the superelement keeps; nodes are rows of Superelement.coordinates."""
+
+    kind: str         # tri3, quad4, tri6, quad8 or quad9
+    nodes: Indices    # f x 3, 4, 6, 8 or 9, outward by the right-hand rule
+    element: Indices  # f, id of the element in the mesh
+    side: Indices     # f, numbered as in Exodus II
+
+
+@dataclass(frozen=True)
+class Superelement:
+    """A reduced component: k coordinates q_k of its modes, and c interface dofs u_c.
+
+    basis craig-bampton: the coordinates of K and M are [q_k; u_c], modes first.
+    basis massless, characteristic: those of K and M are q_k alone; u_c = V q_k + F f_c for forces f_c
+    on the interface (docs/formats.md).
+    """
+
+    path: str
+    basis: str
+    K: Array                      # stiffness, n x n; n = k + c, or k
+    M: Array                      # mass, n x n
+    V: Array                      # c x n: u_c = V q, without forces
+    F: Array                      # c x c, static compliance beside V; zero with craig-bampton
+    node: Indices                 # c, row of `coordinates` of each interface dof
+    component: Indices            # c, 0 1 2 for x y z
+    node_id: Indices              # n_nodes, ids in the mesh
+    coordinates: Array            # n_nodes x 3
+    faces: dict[str, Faces]
+    nodesets: dict[str, Indices]  # rows of `coordinates`
+    mass: float
+    center: Array                 # 3, centre of mass
+    inertia: Array                # 3 x 3, about the centre of mass
+    n_modes: int                  # k
+    accuracy: dict[str, Any]      # what the reduction knows of its errors: /accuracy of the file
+    provenance: dict[str, str]    # what it was made of
+
+    def modes(self) -> tuple[Array, Array]:
+        """Frequencies (n, Hz, ascending; rigid motions 0) and shapes of the interface (c x n).
+
+        Shapes have modal mass 1. Rigid motions are those below a millionth of the highest frequency.
+        """
+        if self.basis != "craig-bampton":
+            lam, phi = np.diag(self.K).copy(), np.eye(len(self.K))
+        else:
+            L = np.linalg.cholesky(self.M)
+            lam, y = np.linalg.eigh(np.linalg.solve(L, np.linalg.solve(L, self.K).T))
+            phi = np.linalg.solve(L.T, y)
+        lam[np.abs(lam) < 1e-12 * lam.max(initial=0)] = 0
+        order = np.argsort(lam, kind="stable")
+        return np.sqrt(np.maximum(lam[order], 0)) / (2 * np.pi), self.V @ phi[:, order]
+
+    def frequencies(self) -> Array:
+        """Of the free superelement, Hz, ascending."""
+        return self.modes()[0]
+
+    def dof(self, node_id: int, component: str | int) -> int:
+        """Number of an interface dof: the id of a node in the mesh, and x, y, z or 0, 1, 2."""
+        c = "xyz".index(component) if isinstance(component, str) else component
+        found = np.flatnonzero((self.node_id[self.node] == node_id) & (self.component == c))
+        if len(found) == 0:
+            raise KeyError(f"{self.path}: node {node_id} has no dof {'xyz'[c]} on the interface")
+        return int(found[0])
+
+    def shape(self, u_c: Array) -> Array:
+        """Interface displacements as n_nodes x 3, from c of them."""
+        u = np.zeros((len(self.coordinates), 3))
+        u[self.node, self.component] = u_c
+        return u
+
+    def response(self, hz: Array, out: int, at: int, ratio: float = 0.0) -> npt.NDArray[np.complex128]:
+        """Displacement of dof `out` per unit harmonic force on dof `at` (numbers from dof()), at each of
+        the frequencies `hz`. `ratio`: of critical damping, of every mode.
+        """
+        frequency, shapes = self.modes()
+        w, w_r = 2 * np.pi * np.asarray(hz, float)[:, None], 2 * np.pi * frequency[None, :]
+        modal = shapes[out] * shapes[at] / (w_r**2 - w**2 + 2j * ratio * w_r * w)
+        return modal.sum(axis=1) + self.F[out, at]
+
+
+def _compliance(f: h5py.File, node: Indices, component: Indices) -> Array:
+    """B F B^T of /characteristic/statics (c x c)."""
+    c = len(node)
+    if "characteristic/statics" not in f:
+        return np.zeros((c, c))
+    statics = f["characteristic/statics"]
+    at, direction = statics["node"][:], statics["direction"][:]
+    B = np.where(node[:, None] == at[None, :], direction[:, component].T, 0.0)
+    return B @ statics["F"][:] @ B.T
+
+
+def _matrices(f: h5py.File, node: Indices, component: Indices) -> tuple[Array, Array, Array, Array]:
+    """K, M, V and F."""
+    lam, c = f["matrices/eigenvalues"][:], len(node)
+    k = len(lam)
+    if "massless" in f:
+        return np.diag(lam), np.eye(k), f["massless/V"][:], f["massless/F"][:]
+    if "characteristic" in f:
+        F = _compliance(f, node, component)
+        return np.diag(lam), np.eye(k), f["characteristic/V"][:], F
+    K, M = np.diag(np.concatenate([lam, np.zeros(c)])), np.eye(k + c)
+    K[k:, k:], M[k:, k:] = f["matrices/K_cc"][:], f["matrices/M_cc"][:]
+    M[:k, k:] = f["matrices/M_kc"][:]
+    M[k:, :k] = M[:k, k:].T
+    return K, M, np.hstack([np.zeros((c, k)), np.eye(c)]), np.zeros((c, c))
+
+
+def _tree(group: h5py.Group) -> dict[str, Any]:
+    """A group as nested dictionaries; datasets of one entry as numbers."""
+    return {name: _tree(item) if isinstance(item, h5py.Group)
+            else (item[0].item() if item.shape == (1,) else item[()]) for name, item in group.items()}
+
+
+def _faces(group: h5py.Group) -> Faces:
+    return Faces(str(group["faces"].attrs["kind"]), group["faces"][:], group["element"][:], group["side"][:])
+
+
+def open_file(path: str | os.PathLike[str], wanted: str) -> h5py.File:
+    """A file of the cbr programs, to read. FileError: there is none, or it has another format."""
+    name = os.fspath(path)
+    if not os.path.isfile(name):
+        raise FileError(f"{name}: no such file")
+    if not h5py.is_hdf5(name):
+        raise FileError(f"{name}: is not an HDF5 file, expected {wanted}")
+    f = h5py.File(name)
+    found = f.attrs.get("format", "an HDF5 file of another program")
+    if found != wanted:
+        f.close()
+        raise FileError(f"{name}: is {found}, expected {wanted}")
+    return f
+
+
+def superelement(path: str | os.PathLike[str]) -> Superelement:
+    """Reads a superelement. FileError: it is none, or a group of several (`domains` above 1)."""
+    with open_file(path, "cbr-superelement") as f:
+        node, component = f["dofs/node"][:], f["dofs/component"][:]
+        K, M, V, F = _matrices(f, node, component)
+        return Superelement(
+            path=os.fspath(path), basis=str(f.attrs["basis"]), K=K, M=M, V=V, F=F, node=node,
+            component=component, node_id=f["nodes/id"][:], coordinates=f["nodes/coordinates"][:],
+            faces={name: _faces(group) for name, group in f.get("interface", {}).items()},
+            nodesets={name: item[:] for name, item in f.get("nodesets", {}).items()},
+            mass=float(f["rigid_body/mass"][0]), center=f["rigid_body/center"][:],
+            inertia=f["rigid_body/inertia"][:], n_modes=int(f.attrs["n_modes"]),
+            accuracy=_tree(f["accuracy"]) if "accuracy" in f else {},
+            provenance={k: str(v) for k, v in f["provenance"].attrs.items()} if "provenance" in f else {})

@@ -1,0 +1,214 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The package `cbr` on superelements and results that the programs write: package_test.py BIN SOURCE."""
+import contextlib
+import doctest
+import html.parser
+import io
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import numpy as np
+
+BIN, SOURCE = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2])
+sys.path.insert(0, str(SOURCE / "python"))
+sys.dont_write_bytecode = True
+
+import cbr  # noqa: E402
+import cbr.report  # noqa: E402
+
+BASES = {"craig-bampton": {"modes": 200}, "characteristic": {"modes": 30}, "massless": {"modes": 30}}
+
+
+def block(basis: str, end: float = 4e-5) -> cbr.Scene:
+    reduction = {"basis": basis, "interface": ["contact"], "superelement": f"{basis}.cbr.h5", **BASES[basis]}
+    return cbr.scene(
+        materials={"steel": {"youngs_modulus": 2.1e11, "poissons_ratio": 0.3, "density": 7850}},
+        components={"block": {"mesh": "block.msh", "material": "steel", "reduction": reduction}},
+        instances={"left": {"component": "block", "position": [-0.0254005, 0, 0], "velocity": [1, 0, 0]},
+                   "right": {"component": "block", "position": [0.0254005, 0, 0], "mirror": "x"}},
+        contact=[{"between": ["left.contact", "right.contact"]}],
+        time={"end": end}, output={"every": 1e-6, "history": ["left.contact", "right.contact"]})
+
+
+class Package(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls) -> None:
+        cls.held = tempfile.TemporaryDirectory()
+        cls.folder = pathlib.Path(cls.held.name)
+        numbers = [x for name, n in (("nx", 6), ("ny", 3), ("nz", 4)) for x in ("-setnumber", name, str(n))]
+        subprocess.run(["gmsh", "-3", "-v", "1", str(SOURCE / "meshes/block.geo"), *numbers, "-o",
+                        str(cls.folder / "block.msh")], check=True)
+        cls.runs = {basis: block(basis).run(cls.folder / f"{basis}.yaml", bin=BIN) for basis in BASES}
+        cls.parts = {basis: cbr.superelement(cls.folder / f"{basis}.cbr.h5") for basis in BASES}
+
+    @classmethod
+    def tearDownClass(cls) -> None:
+        cls.held.cleanup()
+
+    def test_matrices_have_rigid_motions_and_mass(self) -> None:
+        part = self.parts["craig-bampton"]
+        n, k = len(part.K), part.n_modes
+        self.assertEqual(n, k + len(part.node))
+        along_x = np.zeros(n)
+        along_x[k:] = part.component == 0
+        self.assertLess(np.abs(part.K @ along_x).max(), 1e-9 * np.abs(part.K).max())
+        self.assertAlmostEqual(along_x @ part.M @ along_x / part.mass, 1, places=9)
+
+    def test_frequencies_are_those_that_the_reduction_tells(self) -> None:
+        for basis, part in self.parts.items():
+            elastic = part.frequencies()[6:]
+            self.assertTrue((part.frequencies()[:6] == 0).all(), basis)
+            told = part.accuracy["frequency_hz"]
+            m = min(len(told), 3)
+            np.testing.assert_allclose(elastic[:m], told[:m], rtol=1e-6, err_msg=basis)
+
+    def test_response_is_that_of_the_matrices(self) -> None:
+        part = self.parts["craig-bampton"]
+        out, at = part.dof(int(part.node_id[0]), "x"), part.dof(int(part.node_id[-1]), 2)
+        hz = np.array([700.0, 31000.0])
+        for f, found in zip(hz, part.response(hz, out, at)):
+            force = np.zeros(len(part.K))
+            force[part.n_modes + at] = 1
+            dense = np.linalg.solve(part.K - (2 * np.pi * f)**2 * part.M, force)[part.n_modes + out]
+            self.assertLess(abs(found - dense), 1e-7 * abs(dense))
+
+    def test_bases_respond_alike(self) -> None:
+        """Far below the modes that are left out; normal to the face, of which all bases keep the statics."""
+        part = self.parts["craig-bampton"]
+        dof = part.dof(int(part.node_id[0]), "x")
+        of_all = part.response([10e3], dof, dof)[0]
+        for basis in ("characteristic", "massless"):
+            other = self.parts[basis]
+            same = other.dof(int(part.node_id[0]), "x")
+            self.assertLess(abs(other.response([10e3], same, same)[0] / of_all - 1), 0.02, basis)
+
+    def test_shapes_and_dofs(self) -> None:
+        part = self.parts["craig-bampton"]
+        u = np.arange(len(part.node), dtype=float)
+        self.assertTrue((part.shape(u)[part.node, part.component] == u).all())
+        with self.assertRaisesRegex(KeyError, "node 999999 has no dof x"):
+            part.dof(999999, "x")
+        self.assertEqual(part.faces["contact"].kind, "quad4")
+        self.assertEqual(part.faces["contact"].nodes.shape, (12, 4))
+
+    def test_results_by_name(self) -> None:
+        run = self.runs["characteristic"]
+        self.assertEqual(run.instances, ["left", "right"])
+        self.assertEqual(run.pairs, ["left.contact - right.contact"])
+        self.assertEqual(run.surfaces, ["left.contact", "right.contact"])
+        momentum = run["instances/left/momentum"] + run["instances/right/momentum"]
+        self.assertEqual(momentum.shape, (len(run.time), 3))
+        self.assertLess(np.abs(momentum - momentum[0]).max(), 1e-12 * np.abs(momentum).max())
+        self.assertGreater(run["instances/right/momentum"][-1, 0], 0.5 * momentum[0, 0])
+        self.assertIn("steps", run.seconds)
+        with self.assertRaisesRegex(KeyError, "no dataset 'momentum'; there are: "):
+            run["momentum"]
+
+    def test_refusals(self) -> None:
+        wrong = block("characteristic")
+        wrong["time"] = {"end": 1e-3, "stepp": 1}
+        with self.assertRaisesRegex(cbr.Failed, "unknown key 'stepp', did you mean 'step'") as caught:
+            wrong.run(self.folder / "wrong.yaml", bin=BIN)
+        self.assertEqual(caught.exception.returncode, 2)
+        with self.assertRaisesRegex(FileNotFoundError, "set CBR_BIN"):
+            block("characteristic").run(self.folder / "x.yaml", bin=self.folder)
+        with self.assertRaisesRegex(cbr.FileError, "is cbr-superelement, expected cbr-results"):
+            cbr.results(self.folder / "massless.cbr.h5")
+        with self.assertRaisesRegex(cbr.FileError, "block.msh: is not an HDF5 file"):
+            cbr.superelement(self.folder / "block.msh")
+        with self.assertRaisesRegex(cbr.FileError, "none.h5: no such file"):
+            cbr.superelement(self.folder / "none.h5")
+
+    def test_report(self) -> None:
+        out = self.folder / "run.html"
+        self.assertEqual(cbr.report.main([self.runs["characteristic"].path, "-o", str(out), "--compare",
+                                          self.runs["craig-bampton"].path, "--superelement",
+                                          self.parts["characteristic"].path]), 0)
+        text = out.read_text()
+        page = Page()
+        page.feed(text)
+        page.close()
+        self.assertEqual(page.open, [])
+        self.assertEqual(len(page.ids), len(set(page.ids)))
+        self.assertEqual([a for a in page.addresses if not a.startswith("#")], [])
+        self.assertNotIn("@import", text)
+        # Energy, momentum along x, force, area, times
+        self.assertEqual(page.figures, 5)
+        for words in ("Can it be trusted", "energy that work does not account for", "Differences",
+                      "instances/right/momentum", "left.contact - right.contact", "basis characteristic"):
+            self.assertIn(words, text)
+        # The same bytes again
+        self.assertEqual(cbr.report.page(self.runs["massless"]), cbr.report.page(self.runs["massless"]))
+        with contextlib.redirect_stderr(io.StringIO()) as told:
+            self.assertEqual(cbr.report.main([str(self.folder / "none.h5"), "-o", str(out)]), 2)
+        self.assertRegex(told.getvalue(), "^cbr-report: error: .*none.h5: no such file\n$")
+
+    def test_differences_are_of_what_differs(self) -> None:
+        """Of a run with itself nothing differs."""
+        run = self.runs["characteristic"]
+        rows = cbr.report.differences(run, run).count("<tr>")
+        self.assertGreater(rows, 10)
+        self.assertEqual(cbr.report.differences(run, run).count(
+            '<td class="number">0</td><td class="number">0</td>'), rows - 1)
+
+    def test_examples(self) -> None:
+        examples = SOURCE / "python/examples"
+        environment = {**os.environ, "PYTHONPATH": str(SOURCE / "python"), "CBR_BIN": str(BIN), "PYTHONDONTWRITEBYTECODE": "1"}
+        response = self.folder / "response.png"
+        subprocess.run([sys.executable, examples / "frequency_response.py", *(p.path for p in self.parts.values()), "-o",
+                        response], check=True, env=environment)
+        self.assertGreater(response.stat().st_size, 10000)
+        told = subprocess.run([sys.executable, examples / "step_study.py", self.folder / "block.msh", self.folder / "study"],
+                              check=True, env=environment, capture_output=True, text=True).stdout.splitlines()
+        self.assertEqual(len(told), 5)
+        self.assertLess(float(told[3].split(", ")[1].split()[0]), 0.01)
+
+    def test_docstrings(self) -> None:
+        for module in ("cbr.results", "cbr.scene"):
+            found = doctest.testmod(sys.modules[module])
+            self.assertGreater(found.attempted, 0)
+            self.assertEqual(found.failed, 0)
+
+
+VOID = {"meta", "br", "img", "path", "use", "rect", "line"}
+
+
+class Page(html.parser.HTMLParser):
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.ids: list[str] = []
+        self.addresses: list[str] = []
+        self.figures = 0
+
+    def handle_starttag(self, tag: str, attributes: list[tuple[str, str | None]]) -> None:
+        self.figures += tag == "figure"
+        if tag not in VOID:
+            self.open.append(tag)
+        self.handle_attributes(attributes)
+
+    def handle_startendtag(self, tag: str, attributes: list[tuple[str, str | None]]) -> None:
+        self.handle_attributes(attributes)
+
+    def handle_attributes(self, attributes: list[tuple[str, str | None]]) -> None:
+        for name, value in attributes:
+            if name == "id":
+                self.ids.append(str(value))
+            if name in ("href", "src", "xlink:href"):
+                self.addresses.append(str(value))
+
+    def handle_endtag(self, tag: str) -> None:
+        if tag in VOID:
+            return
+        if not self.open or self.open[-1] != tag:
+            raise AssertionError(f"</{tag}> closes {self.open[-1:]}")
+        self.open.pop()
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])
