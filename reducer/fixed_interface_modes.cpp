@@ -75,12 +75,14 @@ FixedInterfaceModes sparse_modes(const Partition& p, const SparseCholesky& facto
   Index ncv = 0;
   std::string counts;
   for (int attempt = 0; attempt < 2; ++attempt) {
-    Eigenpairs pairs = sparse_eigenpairs(p.K_II, p.M_II, factor, 0, k, 1e-13, ncv);
+    Eigenpairs pairs =
+        sparse_eigenpairs(p.K_II, p.M_II, factor, 0, k, 1e-13, ncv, [&](double share) { report.progress("modes", share); });
     if (!pairs.converged && n <= largest_dense) return dense_modes(p, k);
     if (!pairs.converged) {
       throw RunError("fixed-interface modes: " + std::to_string(pairs.n_converged) + " of " + std::to_string(k) + " converged in " +
                      std::to_string(pairs.iterations) + " restarts of the eigensolver: ask for a few more or fewer modes");
     }
+    report.end_progress();
     report.detail(pairs.method + ": " + std::to_string(pairs.iterations) + " restarts");
     if (pairs.method != "lapack" && !count_fits(p, factor))
       return {std::move(pairs.lambda), std::move(pairs.Phi), pairs.method, false, 0, counts};
@@ -157,7 +159,8 @@ FixedInterfaceModes more_modes(const Partition& partition, const SparseCholesky&
   if (dense_is_faster(n, k, factor.n_nonzeros() + product_cost(partition.M_II)))
     return fixed_interface_modes(partition, factor, n, report);
   if (have == 0) return fixed_interface_modes(partition, factor, k, report);
-  const Eigenpairs beyond = sparse_eigenpairs_beyond(partition.M_II, factor, known.Phi, k - have);
+  const Eigenpairs beyond = sparse_eigenpairs_beyond(partition.M_II, factor, known.Phi, k - have, 1e-13, {},
+                                                     [&](double share) { report.progress("more modes", share); });
   if (beyond.converged) {
     FixedInterfaceModes all = merged(std::move(known), beyond);
     all.method = beyond.method, all.next = 0, all.counts.clear();

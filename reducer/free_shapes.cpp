@@ -107,13 +107,15 @@ Matrix uniform_loads(const CharacteristicOptions& options, const Partition& p, c
 }
 
 // The lowest elastic modes of the free component, of which the first `exact` become shapes; of the others the frequencies count.
-Eigenpairs free_modes(const FreeComponent& model, const SparseCholesky& factor, const Matrix& N, Index count, Index exact) {
+Eigenpairs free_modes(const FreeComponent& model, const SparseCholesky& factor, const Matrix& N, Index count, Index exact,
+                      Report& report) {
   const Index n = N.rows();
   Eigenpairs pairs;
   if (!dense_is_faster(n, count, factor.n_nonzeros())) {
     PairsWanted wanted;
     wanted.exact = exact;
-    pairs = sparse_eigenpairs_beyond(model.M, factor, N, count, mode_tolerance, wanted);
+    pairs = sparse_eigenpairs_beyond(model.M, factor, N, count, mode_tolerance, wanted,
+                                     [&](double share) { report.progress("shapes of the interface", share); });
   }
   if (!pairs.converged && n <= largest_dense) {
     pairs = dense_eigenpairs_beside(Matrix(model.K), Matrix(model.M), N, N.cols() + count);
@@ -192,7 +194,7 @@ std::optional<FreeShapes> free_shapes(const CharacteristicOptions& options, cons
   const FreeSolver solve(factor.whole, shapes.N, shapes.P);
   report.progress("shapes of the interface", 0);
   const Index looked_at = std::min(std::max(n_elastic + 1, n_estimated), n - shapes.N.cols());
-  Eigenpairs modes = free_modes(model, factor.whole, shapes.N, looked_at, n_elastic + 1);
+  Eigenpairs modes = free_modes(model, factor.whole, shapes.N, looked_at, n_elastic + 1, report);
   shapes.lambda = std::move(modes.lambda);
   Index m = std::min(n_elastic, shapes.lambda.size());
   while (m > 0 && m < shapes.lambda.size() && shapes.lambda(m) - shapes.lambda(m - 1) < twin * shapes.lambda(m)) ++m;

@@ -11,6 +11,9 @@
 
 namespace cbr {
 
+// Told now and then which share of the work is done, as far as it can be foreseen. Called by the caller's thread.
+using Progress = std::function<void(double)>;
+
 struct Eigenpairs {
   Vector lambda;  // k, ascending
   Matrix Phi;     // n x k, Phi^T M Phi = I, sign fixed by the largest entry so that runs agree
@@ -27,7 +30,7 @@ struct Eigenpairs {
 // identical parts) may come with copies missing: negative_inertia() proves that none is. Where neither can go (k > n / 2, tiny n)
 // the dense solver answers. `ncv`: size of ARPACK's Krylov space, which then is the method whatever k; 0: chosen.
 Eigenpairs sparse_eigenpairs(const SparseMatrix& K, const SparseMatrix& M, const SparseCholesky& factor, double sigma, Index k,
-                             double tolerance = 1e-13, Index ncv = 0);
+                             double tolerance = 1e-13, Index ncv = 0, const Progress& progress = {});
 
 // Of k pairs those that a solver need not find to its tolerance: an eigenvalue is right to the square of its pair's residual.
 struct PairsWanted {
@@ -38,7 +41,7 @@ struct PairsWanted {
 // The k lowest of what is M-orthogonal to Phi (n x m, Phi^T M Phi = I, eigenvectors that are known), by block_lanczos about 0 with
 // `factor` = Cholesky of K: nothing is solved for twice. converged is false where block_lanczos gives up.
 Eigenpairs sparse_eigenpairs_beyond(const SparseMatrix& M, const SparseCholesky& factor, const Matrix& Phi, Index k,
-                                    double tolerance = 1e-13, const PairsWanted& wanted = {});
+                                    double tolerance = 1e-13, const PairsWanted& wanted = {}, const Progress& progress = {});
 
 // LAPACK on the dense generalised problem A x = lambda B x (n x n, symmetric, lower triangles read, B positive definite): the
 // first k pairs (k = n: all). A and B are overwritten. converged is false when B is not positive definite or LAPACK gave up.

@@ -190,6 +190,12 @@ Eigenpairs dense_answer(const SparseMatrix& K, const SparseMatrix& M, Index k) {
   return dense_eigenpairs(Matrix(K), Matrix(M), k);
 }
 
+// Of vectors made so far, and of those after which the space is next looked at, which is mostly the last time or the last but one.
+std::function<void(Index, Index)> share_of(const Progress& progress) {
+  if (!progress) return {};
+  return [&progress](Index vectors, Index look) { progress(0.95 * static_cast<double>(vectors) / static_cast<double>(look)); };
+}
+
 }  // namespace
 
 void fix_signs(Matrix& Phi) {
@@ -207,7 +213,7 @@ void fix_signs(Matrix& Phi) {
 }
 
 Eigenpairs sparse_eigenpairs(const SparseMatrix& K, const SparseMatrix& M, const SparseCholesky& factor, double sigma, Index k,
-                             double tolerance, Index ncv) {
+                             double tolerance, Index ncv, const Progress& progress) {
   const Index n = K.rows();
   assert(k >= 0 && k <= n && M.rows() == n);
   Eigenpairs pairs;
@@ -222,6 +228,7 @@ Eigenpairs sparse_eigenpairs(const SparseMatrix& K, const SparseMatrix& M, const
   if (k >= least_for_blocks && ncv == 0) {
     BlockLanczosOptions options;
     options.tolerance = tolerance;
+    options.progress = share_of(progress);
     pairs = block_lanczos(
         M, [&](Eigen::Ref<Matrix> B) { factor.solve_in_place(B); }, sigma, k, options);
     if (pairs.converged) {
@@ -256,7 +263,7 @@ Eigenpairs sparse_eigenpairs(const SparseMatrix& K, const SparseMatrix& M, const
 }
 
 Eigenpairs sparse_eigenpairs_beyond(const SparseMatrix& M, const SparseCholesky& factor, const Matrix& Phi, Index k,
-                                    double tolerance, const PairsWanted& wanted) {
+                                    double tolerance, const PairsWanted& wanted, const Progress& progress) {
   assert(Phi.rows() == M.rows() && k > 0);
   const auto project = [&](Eigen::Ref<Matrix> B) {
     const Matrix M_B = M * B;
@@ -265,6 +272,7 @@ Eigenpairs sparse_eigenpairs_beyond(const SparseMatrix& M, const SparseCholesky&
   BlockLanczosOptions options;
   options.tolerance = tolerance;
   options.wanted = wanted;
+  options.progress = share_of(progress);
   if (Phi.cols() > 0) {
     const Vector M_phi = M * Phi.col(0);
     Vector x(M_phi.size());
