@@ -12,18 +12,19 @@ namespace cbr {
 namespace {
 
 // Ordering and symbolic analysis, seconds for each non-zero of K: most of the time of a small factorisation.
-constexpr double analysis_seconds = 3e-7;
+constexpr double analysis_seconds = 1.2e-7;
 // Shares of dgemm's rate.
-constexpr double factor_rate = 0.5, solve_rate = 0.5, product_rate = 0.8;
+constexpr double factor_rate = 0.75, solve_rate = 0.5, product_rate = 0.8;
 // Solves of few columns at a time wait for the factor to come from memory; an inertia count.
-constexpr double narrow_solve_rate = 0.15, count_rate = 0.3;
+constexpr double narrow_solve_rate = 0.35, count_rate = 0.6;
 // Of the 4 nnz(L) flops of a column of constraint modes, as the forward solve skips what K_IC does not reach; and of a second
 // solve.
 constexpr double solved_share = 0.8;
 // Dense eigenproblems, in n^3 flops at dgemm's rate.
 constexpr double dense_standard = 10, dense_general = 20;
-// Block Lanczos: about five solves a mode, and the products that keep the basis orthonormal, in n k^2 flops.
-constexpr double solves_per_mode = 5, orthonormalise = 490;
+// Block Lanczos: between four and five solves a mode, and the products that keep the basis orthonormal: 34 n k^2 flops at a fifth
+// of dgemm's rate, as the basis is read once for eight vectors.
+constexpr double solves_per_mode = 4.5, orthonormalise = 170;
 
 bool product_is_taken(const DomainEstimate& d, double memory) {
   return 8 * d.n_interior() * d.c() <= memory &&

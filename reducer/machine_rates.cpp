@@ -6,6 +6,7 @@
 #include <functional>
 #include <limits>
 
+#include "common/linalg/blas_threads.hpp"
 #include "common/program.hpp"
 #include "common/types.hpp"
 
@@ -29,6 +30,7 @@ double best_seconds(const std::function<void()>& work) {
 }  // namespace
 
 MachineRates machine_rates() {
+  const LargeBlasWork all_threads(BlasForWork::enough);  // as a reduction's large products have them
   MachineRates rates;
   rates.threads = n_threads();
   const auto n = static_cast<double>(product_size), m = static_cast<double>(sweep_size);
