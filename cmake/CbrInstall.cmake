@@ -24,3 +24,12 @@ execute_process(COMMAND ${CBR_PYTHON} -c "import sys; print('lib/python%d.%d/dis
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/python/cbr DESTINATION ${CBR_PYTHON_FOLDER} PATTERN __pycache__ EXCLUDE)
 configure_file(${PROJECT_SOURCE_DIR}/cmake/cbr-report.in ${PROJECT_BINARY_DIR}/cbr-report @ONLY)
 install(PROGRAMS ${PROJECT_BINARY_DIR}/cbr-report DESTINATION ${CMAKE_INSTALL_BINDIR})
+
+# What shells and man look for.
+foreach(program cbr-reduce cbr-skin cbr-dyn cbr-report)
+  install(FILES ${PROJECT_SOURCE_DIR}/scripts/completion.bash DESTINATION share/bash-completion/completions RENAME ${program})
+  install(CODE "execute_process(COMMAND ${PROJECT_SOURCE_DIR}/scripts/man-page \$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_BINDIR}/${program}
+    OUTPUT_FILE ${PROJECT_BINARY_DIR}/${program}.1 COMMAND_ERROR_IS_FATAL ANY)")
+  install(FILES ${PROJECT_BINARY_DIR}/${program}.1 DESTINATION share/man/man1)
+endforeach()
+install(FILES ${PROJECT_SOURCE_DIR}/scripts/completion.zsh DESTINATION share/zsh/site-functions RENAME _cbr)
