@@ -99,7 +99,7 @@ void check_elements(const Mesh& mesh, const Block& block) {
                                                          " of the mean one, allowed: above " + rounded_text(smallest_quality)
                                                    : "its volume is below 0";
   throw InputError(element_text(block, e) + (quality < 0 ? " is inverted (" : " is degenerate (") + found +
-                   "): mend the order or the places of its nodes");
+                   "): check its node order and coordinates");
 }
 
 // Stiffness E h, mass rho h^3 and frequency sqrt(E / rho) / h of an element of size h must leave room for products of them.

@@ -59,7 +59,8 @@ bool survives_in_child(const std::string& what, const std::function<void()>& act
   const int number = WIFSIGNALED(status) ? WTERMSIG(status) : 0;
   const auto own = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGXCPU};
   if (number != 0 && std::find(own.begin(), own.end(), number) == own.end())
-    throw RunError(what + ": reading it was ended by signal " + std::to_string(number) + " from outside (memory or time ran out?)");
+    throw RunError(what + ": reading it was stopped by signal " + std::to_string(number) +
+                   " from outside (memory or time ran out?)");
   return WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 

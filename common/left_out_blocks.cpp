@@ -33,7 +33,7 @@ void refuse_left_out_blocks(const Component& component, const Mesh& mesh) {
   const auto refuse = [&](const std::string& named, const Component::BlockOptions& options, Index n, const std::string& type) {
     throw InputError(options.source.text() + ": components." + component.name + ".blocks." + named + ": the " + std::to_string(n) +
                      " " + type + " elements of " + component.mesh.string() +
-                     " are not computed with: only solids are in this version; take the block out of the scene");
+                     " are not supported, only solids are: remove the block from the scene");
   };
   for (const auto& [named, options] : component.blocks) {
     const Index found = find_block(mesh, named);
@@ -62,7 +62,7 @@ void warn_of_left_out_blocks(const Component& component, const std::string& bloc
   const std::string before = report.about();
   report.about("");
   report.warning("component '" + component.name + "': " + component.mesh.filename().string() + ": left out: " + blocks +
-                 ": only solids are computed with, and what else there is has no stiffness and no mass");
+                 ": only solid elements are used; these blocks have no stiffness and no mass");
   report.about(before);
 }
 

@@ -63,7 +63,7 @@ double take_fixed_modes(FixedModes modes, const Matrix& R, const Matrix& momentu
   const Index k = modes.lambda.size(), r = R.cols();
   if (k < r) {
     throw InputError("modes: " + std::to_string(k) + " fixed modes cannot carry the " + std::to_string(r) +
-                     " rigid motions: keep at least that many, and rather ten times as many");
+                     " rigid motions: keep at least that many, preferably ten times as many");
   }
   // alpha <- alpha + alpha R (A^-1/2 - I) R^T M_cc, A = R^T alpha^T alpha R: the modes then have all of the rigid mass,
   // R^T alpha^T alpha R = I   (k x c). The symmetric root depends on no choice of axes, as a Cholesky factor would.

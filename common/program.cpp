@@ -69,9 +69,9 @@ extern "C" void end_by_signal(int number) {
   }
   remove_temporary_files();
   write_from_handler(name_for_handler);
-  write_from_handler(": error: ended by ");
+  write_from_handler(": error: stopped by ");
   write_from_handler(signal_name(number));
-  write_from_handler(", what was not whole is removed\n");
+  write_from_handler("; incomplete output files were removed\n");
   ::_exit(1);
 }
 
@@ -189,11 +189,10 @@ void add_common_options(CLI::App& app, CommonOptions& options) {
   app.set_version_flag("--version", app.get_name() + " " + version());
   auto* quiet = app.add_flag("-q,--quiet", options.quiet, "Print warnings and errors only");
   app.add_flag("-v,--verbose", options.verbose, "Print details")->excludes(quiet);
-  app.add_option("--threads", options.threads, "Use at most so many threads; all processors unless given")
+  app.add_option("--threads", options.threads, "Maximum number of threads (default: all processors)")
       ->type_name("N")
       ->check(whole_number("threads", 1));
-  app.add_option("--timings", options.timings, "Write seconds by phase, and counts of the work, to this file (CSV)")
-      ->type_name("FILE");
+  app.add_option("--timings", options.timings, "Write seconds and work counts of each phase to this CSV file")->type_name("FILE");
   app.parse_complete_callback([&options] { set_threads(options.threads); });
 }
 

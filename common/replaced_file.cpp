@@ -37,11 +37,11 @@ bool is_something_else(const std::filesystem::path& file) {
 void refuse_other_file(const std::filesystem::path& target, const std::vector<std::string>& formats, const std::string& what,
                        const std::string& cure) {
   if (is_something_else(target))
-    throw InputError(target.string() + ": is there and is no HDF5 file, and " + what + " would replace it: " + cure);
+    throw InputError(target.string() + ": exists and is not an HDF5 file; " + what + " would overwrite it: " + cure);
   const std::optional<std::string> found = hdf5_format(target);
   if (!found || std::find(formats.begin(), formats.end(), *found) != formats.end()) return;
-  throw InputError(target.string() + ": is there and is another kind of HDF5 file (" +
-                   (found->empty() ? "without a format" : "format " + *found) + "), which " + what + " would replace: " + cure);
+  throw InputError(target.string() + ": exists and is another kind of HDF5 file (" +
+                   (found->empty() ? "without a format" : "format " + *found) + "), which " + what + " would overwrite: " + cure);
 }
 
 }  // namespace cbr

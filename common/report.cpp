@@ -75,7 +75,7 @@ void refuse_to_replace(const std::filesystem::path& file) {
   std::string start(std::strlen(table_header) + 1, '\0');
   std::ifstream(file).read(start.data(), static_cast<std::streamsize>(start.size()));
   if (start == std::string(table_header) + "\n") return;
-  throw InputError(file.string() + ": is there and is no table of timings: give --timings another name");
+  throw InputError(file.string() + ": exists and is not a table of timings: give --timings another name");
 }
 
 void add(std::vector<std::pair<std::string, double>>& sums, const std::string& name, double amount) {

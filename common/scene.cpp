@@ -121,7 +121,8 @@ std::vector<BlockProperties> block_properties(const Scene& scene, const Componen
       auto& its_options = options_of[static_cast<std::size_t>(found)];
       if (its_options != nullptr)
         throw InputError(options.source.text() + ": components." + component.name + ".blocks." + block + ": block '" +
-                         names[static_cast<std::size_t>(found)] + "' stands under blocks twice, by name and by number: keep one");
+                         names[static_cast<std::size_t>(found)] +
+                         "' is listed twice under blocks, by name and by number: keep one");
       its_options = &options;
       continue;
     }

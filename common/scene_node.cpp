@@ -162,7 +162,7 @@ std::vector<std::string> SceneNode::names() const {
   std::set<std::string> seen;
   for (const auto& item : list_or_one()) {
     words.push_back(item.text());
-    if (!seen.insert(words.back()).second) item.fail("'" + words.back() + "' is there twice");
+    if (!seen.insert(words.back()).second) item.fail("'" + words.back() + "' is listed twice: remove one");
   }
   return words;
 }
@@ -202,7 +202,7 @@ void SceneMap::add(YamlTree::Id map, bool merged, int depth) {
     }
     const auto value = [&] { return value_of(map, i, key); };
     const bool is_twice = merged ? !here.insert(key).second : place_.contains(key);
-    if (is_twice) value().fail("key '" + key + "' is there twice, remove one");
+    if (is_twice) value().fail("duplicate key '" + key + "': remove one");
     if (!allowed_.empty() && std::find(allowed_.begin(), allowed_.end(), key) == allowed_.end()) {
       const std::string hint = nearest_name(key, allowed_);
       value().fail("unknown key '" + key + "'" + hint + (hint.empty() ? ", " : " ") + "allowed: " + join(allowed_));

@@ -99,7 +99,7 @@ void check_enforcement(const SceneMap& map, const ContactOptions& contact) {
               std::string("'node-face' or 'mortar'"));
   }
   if (contact.formulation == Formulation::mortar && is_nodal) {
-    map.at("formulation").fail("mortar does not go with 'enforcement: nodal', use impulse or penalty, or 'node-face'");
+    map.at("formulation").fail("mortar is not available with 'enforcement: nodal': use impulse or penalty, or 'node-face'");
   }
 }
 
@@ -183,8 +183,8 @@ void parse_contact(const SceneNode& node, const SceneNames& names, Scene& scene)
     ContactOptions contact = parse_one_contact(item, scene, names);
     const auto [earlier, is_new] = line_of.try_emplace(pair_key(contact), contact.source.line);
     if (!is_new)
-      item.fail((contact.all ? "all" : "[" + contact.first.text() + ", " + contact.second.text() + "]") + " is there twice (line " +
-                std::to_string(earlier->second) + " too), remove one");
+      item.fail((contact.all ? "all" : "[" + contact.first.text() + ", " + contact.second.text() + "]") +
+                " is listed twice (line " + std::to_string(earlier->second) + " too), remove one");
     scene.contact.push_back(std::move(contact));
   });
 }
@@ -208,7 +208,7 @@ void refuse_massless(const Scene& scene, const Instance& instance) {
   const std::string its = "instance '" + instance.name + "' (basis: massless) ", cure = ", or reduce it with basis: craig-bampton";
   if (scene.time->integrator == Integrator::newmark)
     throw InputError(scene.time->source.text() + ": time: " + its +
-                     "does not go with integrator: newmark: use exact or central-difference" + cure);
+                     "is not available with integrator: newmark: use exact or central-difference" + cure);
   for (const ContactOptions& contact : scene.contact) {
     const bool is_named = contact.all || contact.first.instance == instance.name || contact.second.instance == instance.name;
     if (!is_named || contact.enforcement == Enforcement::impulse) continue;
@@ -233,10 +233,10 @@ void check_contact_with_time(const Scene& scene) {
     if (contact.enforcement == Enforcement::impulse) continue;
     if (scene.time->mass_scaling)
       throw InputError(contact.source.text() + ": contact: 'enforcement: " + word_of(enforcement_words, contact.enforcement) +
-                       "' does not go with time.mass_scaling: use 'enforcement: impulse'");
+                       "' is not available with time.mass_scaling: use 'enforcement: impulse'");
     if (scene.time->integrator != Integrator::newmark) continue;
     throw InputError(contact.source.text() + ": contact: 'enforcement: " + word_of(enforcement_words, contact.enforcement) +
-                     "' goes with explicit integrators only: with 'integrator: newmark' use 'enforcement: impulse', which closes " +
+                     "' requires an explicit integrator: with 'integrator: newmark' use 'enforcement: impulse', which closes " +
                      "the gaps at the end of each step");
   }
 }

@@ -42,9 +42,7 @@ void parse_second_reduction(const SceneNode& node, ReductionOptions& reduction) 
   const SceneMap map = node.map({"modes", "cutoff_hz"});
   if (!reduction.is_decomposed()) node.fail("needs 'domains' above 1: it reduces the domains once more, put together");
   if (reduction.tolerance)
-    node.fail(
-        "cannot be had with tolerance, which says nothing of what a second reduction leaves out: take modes or cutoff_hz in its "
-        "place");
+    node.fail("is not available with tolerance, which cannot bound its error: use modes or cutoff_hz instead");
   if (map.exactly_one({"modes", "cutoff_hz"}) == "modes") {
     reduction.second_modes = map.at("modes").index(0);
   } else {
@@ -81,10 +79,10 @@ ReductionOptions parse_reduction(const SceneNode& node, const std::filesystem::p
   }
   if (const auto* modes = map.find("massless_modes")) {
     reduction.massless_modes = modes->one_of<std::string>({{"free", "free"}, {"tapered", "tapered"}, {"fixed", "fixed"}});
-    if (!reduction.is_massless()) modes->fail("goes with basis: massless");
+    if (!reduction.is_massless()) modes->fail("requires basis: massless");
   }
   if (const auto* characteristic = map.find("characteristic")) {
-    if (!reduction.is_characteristic()) characteristic->fail("goes with basis: characteristic");
+    if (!reduction.is_characteristic()) characteristic->fail("requires basis: characteristic");
     reduction.characteristic = parse_characteristic(*characteristic);
   }
   reduction.interface_sets = map.at("interface").names();
@@ -95,7 +93,7 @@ ReductionOptions parse_reduction(const SceneNode& node, const std::filesystem::p
   if (map.find("characteristic") == nullptr) reduction.characteristic.is_default_modes = true;
   if (reduction.characteristic.is_default_modes) reduction.characteristic.modes = default_shapes(reduction.modes);
   if (const auto* pick = map.find("pick")) {
-    if (reduction.tolerance) pick->fail("goes with modes: a tolerance picks the modes by what they take part in");
+    if (reduction.tolerance) pick->fail("requires modes: with a tolerance the modes are chosen by participation");
     reduction.pick = pick->one_of<std::string>({{"frequency", "frequency"}, {"participation", "participation"}});
   }
   if (const auto* domains = map.find("domains")) reduction.domains = domains->index(1);
@@ -103,7 +101,7 @@ ReductionOptions parse_reduction(const SceneNode& node, const std::filesystem::p
   if (const auto* recovery = map.find("recovery")) reduction.recovery = recovery->boolean();
   if (const auto* loads = map.find("loads")) {
     reduction.loads = loads->names();
-    if (reduction.is_decomposed()) loads->fail("goes with domains: 1: take the sets into the interface");
+    if (reduction.is_decomposed()) loads->fail("requires domains: 1; or add the sets to the interface");
   }
   check_massless(reduction, node.source().text() + ": " + node.path());
   check_characteristic(reduction, node.source().text() + ": " + node.path());
@@ -174,13 +172,14 @@ void require_plain_name(const SceneNode& node, const std::string& kind, const st
 void check_basis(const std::string& basis, const std::string& where) {
   const std::vector<std::string> allowed = {"craig-bampton", "massless", "characteristic"};
   if (std::find(allowed.begin(), allowed.end(), basis) != allowed.end()) return;
-  throw InputError(where + ": unknown basis '" + basis + "'" + nearest_name(basis, allowed) + " allowed: " + join(allowed));
+  const std::string hint = nearest_name(basis, allowed);
+  throw InputError(where + ": unknown basis '" + basis + "'" + hint + (hint.empty() ? ", " : " ") + "allowed: " + join(allowed));
 }
 
 void check_massless(const ReductionOptions& reduction, const std::string& where) {
   if (!reduction.is_massless()) return;
   const auto refuse = [&](const std::string& what, const std::string& cure) {
-    throw InputError(where + ": " + what + " cannot be had with basis: massless: " + cure + ", or use basis: craig-bampton");
+    throw InputError(where + ": " + what + " is not available with basis: massless: " + cure + ", or use basis: craig-bampton");
   };
   if (reduction.is_decomposed()) refuse("domains above 1", "reduce the component whole");
   if (reduction.recovery) refuse("recovery", "leave it out");
@@ -193,7 +192,8 @@ void check_massless(const ReductionOptions& reduction, const std::string& where)
 void check_characteristic(const ReductionOptions& reduction, const std::string& where) {
   if (!reduction.is_characteristic()) return;
   const auto refuse = [&](const std::string& what, const std::string& cure) {
-    throw InputError(where + ": " + what + " cannot be had with basis: characteristic: " + cure + ", or use basis: craig-bampton");
+    throw InputError(where + ": " + what + " is not available with basis: characteristic: " + cure +
+                     ", or use basis: craig-bampton");
   };
   if (reduction.is_decomposed()) refuse("domains above 1", "reduce the component whole");
   if (!reduction.loads.empty()) refuse("loads", "take the sets into the interface");

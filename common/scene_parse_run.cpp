@@ -13,7 +13,7 @@ std::array<bool, 3> parse_axes(const SceneNode& node) {
   std::array<bool, 3> axes{};
   for (const auto& item : node.list_or_one()) {
     const auto axis = item.one_of<std::size_t>({{"x", 0}, {"y", 1}, {"z", 2}});
-    if (axes[axis]) item.fail("'" + item.text() + "' is there twice");
+    if (axes[axis]) item.fail("'" + item.text() + "' is listed twice: remove one");
     axes[axis] = true;
   }
   if (axes == std::array<bool, 3>{}) node.fail("is empty, expected some of x, y, z");
@@ -137,13 +137,13 @@ void parse_time(const SceneNode& node, Scene& scene) {
   }
   if (const auto* scaling = map.find("mass_scaling")) {
     time.mass_scaling = scaling->boolean();
-    if (time.mass_scaling && time.integrator != Integrator::exact) scaling->fail("goes with integrator: exact only");
+    if (time.mass_scaling && time.integrator != Integrator::exact) scaling->fail("requires integrator: exact");
   }
   if (const auto* step = map.find("step")) parse_step(*step, time);
   if (const auto* force = map.find("force")) time.force_step = force->boolean();
   if (const auto* alpha = map.find("alpha")) {
     time.alpha = alpha->number();
-    if (time.integrator != Integrator::newmark) alpha->fail("goes with integrator: newmark only");
+    if (time.integrator != Integrator::newmark) alpha->fail("requires integrator: newmark");
     if (!(time.alpha >= -1.0 / 3 && time.alpha <= 0)) alpha->fail("found " + alpha->text() + ", expected a number from -1/3 to 0");
   }
   scene.time = time;
@@ -157,7 +157,7 @@ void parse_output(const SceneNode& node, const std::filesystem::path& folder, co
     std::set<std::string> seen;
     for (const auto& item : history->list_or_one()) {
       scene.output.history.push_back(parse_surface_name(item, scene, names));
-      if (!seen.insert(item.text()).second) item.fail("'" + item.text() + "' is there twice");
+      if (!seen.insert(item.text()).second) item.fail("'" + item.text() + "' is listed twice: remove one");
     }
   }
   if (const auto* fields = map.find("fields")) {

@@ -68,7 +68,7 @@ Face read_face(const IndexTable& faces, Index f, const Points& points, const std
   const double corner = shell::corner_jacobian(face.type, face.X);
   if (!(corner > flat_corner))
     throw InputError("shells: " + describe(faces, f) +
-                     " is degenerate: its nodes coincide, lie on a line, or do not make a convex face; mend the mesh");
+                     " is degenerate: its nodes coincide, lie on a line, or do not make a convex face; correct the mesh");
   return face;
 }
 

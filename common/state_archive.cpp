@@ -9,7 +9,7 @@ namespace cbr {
 namespace {
 
 [[noreturn]] void refuse(const std::string& name) {
-  throw InputError(name + ": the state in it is not that of this scene: start the run anew, without --restart");
+  throw InputError(name + ": the state in it is not that of this scene: start the run again, without --restart");
 }
 
 }  // namespace

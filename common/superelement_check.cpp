@@ -134,7 +134,7 @@ class Checker {
       if (component < 0 || component > 2) fail("/dofs/component", std::to_string(component) + " is none of 0, 1, 2 (x, y, z)");
       if (!seen.emplace(s_.dof_node[i], component).second) {
         fail("/dofs/node",
-             "component " + std::to_string(component) + " of node " + std::to_string(s_.dof_node[i]) + " is there twice");
+             "component " + std::to_string(component) + " of node " + std::to_string(s_.dof_node[i]) + " appears twice");
       }
     }
   }
@@ -219,7 +219,7 @@ class Checker {
     require_name("/interface", surface.name);
     const std::string group = "/interface/" + surface.name;
     for (const auto& other : s_.surfaces) {
-      if (&other != &surface && other.name == surface.name) fail(group, "is there twice");
+      if (&other != &surface && other.name == surface.name) fail(group, "appears twice");
     }
     require_shape(group + "/faces", surface.faces, surface.n_faces(), n_nodes(surface.kind));
     for (Index i = 0; i < surface.faces.size(); ++i) {

@@ -50,7 +50,7 @@ class RigidCheck {
  private:
   [[noreturn]] void fail(const std::string& field, const std::string& what) const {
     throw InputError(where_ + ": " + field + ": " + what +
-                     ": the file has been changed, or was written wrongly (cbr-reduce --force makes one anew)");
+                     ": the file has been changed, or was written wrongly (run cbr-reduce --force)");
   }
 
   void compare(const std::string& field, const Matrix6& found) const {

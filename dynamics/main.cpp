@@ -16,29 +16,28 @@ int main(int argc, char** argv) {
   mallopt(M_MMAP_THRESHOLD, 1 << 28);
   mallopt(M_TRIM_THRESHOLD, 1 << 30);
   const cbr::FlushDenormals flush;  // before there are threads
-  CLI::App app("Runs a scene of superelements and meshes with contact, and writes the results file.", "cbr-dyn");
+  CLI::App app("Simulates a scene of superelements and meshes with contact, and writes results.", "cbr-dyn");
   app.footer(
       "examples:\n"
-      "  cbr-dyn impact.yaml -o results.h5                       superelements that the scene names are there already "
-      "(cbr-reduce)\n"
+      "  cbr-dyn impact.yaml -o results.h5                       after cbr-reduce impact.yaml\n"
       "  cbr-reduce impact.yaml | cbr-skin - | cbr-dyn - -o results.h5\n"
-      "  cbr-dyn impact.yaml -o results.h5 --check-error         and what half of the modes would change\n"
+      "  cbr-dyn impact.yaml -o results.h5 --check-error         estimate the error of the modes\n"
       "  cbr-dyn impact.yaml -o results.h5 --restart results.checkpoint.h5");
   std::string scene, output, restart;
   cbr::BuildOptions build;
   cbr::CommonOptions common;
-  app.add_option("SCENE", scene, "scene file (YAML); - reads standard input")->required();
+  app.add_option("SCENE", scene, "scene (YAML), or - for a scene on standard input")->required();
   app.add_option("-o,--output", output, "results file (HDF5)")->required();
   app.add_option(
          "--diagonal-limit", build.diagonal_limit,
-         "central-difference, newmark: superelements up to this many coordinates move in their diagonal form (default: those "
-         "whose file has it, and up to 1500)")
+         "with central-difference or newmark: largest number of coordinates for which a superelement moves in diagonal form "
+         "(default: 1500, or any number if its file has the form)")
       ->check(cbr::whole_number("coordinates", 0));
-  app.add_option("--restart", restart, "go on from this checkpoint of the same scene (output.checkpoint)")->type_name("FILE");
+  app.add_option("--restart", restart, "continue from this checkpoint of the same scene (output.checkpoint)")->type_name("FILE");
   bool check_error = false;
   app.add_flag("--check-error", check_error,
-               "run once more with half of the superelements' modes, and print what outputs and energies differ by; takes about "
-               "as long again, and changes nothing of the results");
+               "estimate the error of the modes: run again with half of them and print the differences; doubles the run time and "
+               "leaves the results unchanged");
   cbr::add_common_options(app, common);
   return cbr::run_program(app, argc, argv, [&] {
     cbr::set_threads(common.threads == 0 && !restart.empty() ? cbr::threads_of_checkpoint(restart) : common.threads);

@@ -82,7 +82,7 @@ bool check_half(Scene scene, BuildOptions options, const BuiltScene& built, cons
                 Report& report) {
   const Index modes = n_modes_of(built);
   if (modes == 0) {
-    report.line("check: no instance has modes, so that there are none to leave out");
+    report.line("check: no instance has modes, so there is nothing to leave out");
     return true;
   }
   const auto phase = report.phase("check");
@@ -210,7 +210,7 @@ class Run {
 
   std::string end_text(const RunResult& result) const {
     std::ostringstream text;
-    text << "ended by " << signals_.name() << " at t = " << *result.ended_at << " s of " << built_.simulation.plan.end
+    text << "stopped by " << signals_.name() << " at t = " << *result.ended_at << " s of " << built_.simulation.plan.end
          << " s, after " << result.reached << " of " << built_.simulation.plan.n_steps() << " steps";
     return text.str();
   }
@@ -291,7 +291,7 @@ void run_scene(const std::string& scene_or_dash, const std::filesystem::path& re
   run.finish(result);
   if (is_checked) return;
   report.write_timings();
-  throw RunError("ended by " + run.signals().name() + " in the second run, of --check-error: " + results.string() +
+  throw RunError("stopped by " + run.signals().name() + " in the second run, of --check-error: " + results.string() +
                  " holds the whole first run");
 }
 

@@ -172,7 +172,7 @@ void add_patterns(const Surface& surface, const CharacteristicOptions& options, 
   const Index m = loads.B.cols();
   const Index wanted = options.patterns;
   if (wanted > m)
-    fail("patterns: " + std::to_string(options.patterns) + " asked for on '" + surface.name + "', which has only " +
+    fail("patterns: " + std::to_string(options.patterns) + " requested on '" + surface.name + "', which has only " +
          std::to_string(m) + (options.shear ? " loads: three a node" : " loads: one a node"));
   const Matrix f = statics.in_equilibrium(loads.B), Y = statics.solve(f), all = f.transpose() * Y;
   const Index step = options.shear ? 3 : 1, n_uniform = std::min(step, wanted), others = wanted - n_uniform;
@@ -249,7 +249,7 @@ Index n_shapes(const CharacteristicOptions& options, Index dofs) {
 
 void require_fewer(Index modes, Index dofs) {
   if (modes < dofs) return;
-  fail("modes: " + std::to_string(modes) + " asked for, but only " + std::to_string(dofs) +
+  fail("modes: " + std::to_string(modes) + " requested, but only " + std::to_string(dofs) +
        " dofs are to be reduced: take fewer, or basis: craig-bampton, which keeps them all");
 }
 

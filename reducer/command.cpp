@@ -56,7 +56,8 @@ void refuse_mesh_options(const ReduceCommand& c) {
                                                            {!c.output.empty(), "--output"}};
   for (const auto& [is_given, option] : given) {
     if (is_given) {
-      throw InputError(c.input + ": " + option + " goes with a mesh (.msh, .exo, .e, .g); in a scene it stands under components");
+      throw InputError(c.input + ": " + option +
+                       " requires a mesh (.msh, .exo, .e, .g) as INPUT; in a scene give it under components");
     }
   }
 }
@@ -368,7 +369,7 @@ void run_estimate(const ReduceCommand& command, std::ostream& out, Report& repor
   const bool any = for_each_component(scene, is_mesh ? command.input : "", [&](const Component& component) {
     estimate_component(command, scene, component, out, report);
   });
-  if (!any) report.line("no instance stands as a superelement: nothing to estimate");
+  if (!any) report.line("no instance is a superelement: nothing to estimate");
 }
 
 void run_reduce(const ReduceCommand& command, std::ostream* scene_out, Report& report) {
@@ -385,7 +386,7 @@ void run_reduce(const ReduceCommand& command, std::ostream* scene_out, Report& r
     reducer.reduce_component(scene, component);
     report.about("");
   });
-  if (!any) report.line("no instance stands as a superelement: nothing to reduce");
+  if (!any) report.line("no instance is a superelement: nothing to reduce");
   report.timings();
   if (!is_mesh && scene_out != nullptr) write_scene(scene, *scene_out);
 }

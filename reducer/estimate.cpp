@@ -212,7 +212,7 @@ void check_options(const Mesh& mesh, const FiniteElementModel& model, const std:
   check_interface_holds(mesh, model, p, connected_parts(mesh, model));
   const auto n_interior = 3 * static_cast<Index>(p.interior_nodes.size());
   if (options.modes && *options.modes > n_interior && !options.is_decomposed()) {
-    throw InputError("modes: " + std::to_string(*options.modes) + " asked for, but the interior has only " +
+    throw InputError("modes: " + std::to_string(*options.modes) + " requested, but the interior has only " +
                      std::to_string(n_interior) + " dofs: ask for at most that many");
   }
 }

@@ -135,7 +135,7 @@ bool dense_is_faster(Index n, Index k, double factor_nonzeros) {
 FixedInterfaceModes fixed_interface_modes(const Partition& partition, const SparseCholesky& factor, Index k, Report& report) {
   const Index n = partition.n_interior();
   if (k > n) {
-    throw InputError("modes: " + std::to_string(k) + " asked for, but the interior has only " + std::to_string(n) +
+    throw InputError("modes: " + std::to_string(k) + " requested, but the interior has only " + std::to_string(n) +
                      " dofs and so " + std::to_string(n) + " fixed-interface modes: ask for at most that many");
   }
   FixedInterfaceModes none{Vector(0), Matrix(n, 0), "none", true};

@@ -79,7 +79,7 @@ void print_times(const Hdf5Reader& file, const std::string& dataset, std::ostrea
 void print_results(const Hdf5Reader& file, std::ostream& out) {
   print_times(file, "/time", out);
   out << "  run          " << file.read_index("/", "steps") << " steps, " << file.read_index("/", "n_dofs") << " dofs";
-  if (file.has_attribute("/", "partial") && file.read_index("/", "partial") != 0) out << "; ended by a signal before its end";
+  if (file.has_attribute("/", "partial") && file.read_index("/", "partial") != 0) out << "; stopped by a signal before its end";
   out << '\n';
   print_children(file, "  instances    ", "/instances", out);
   print_children(file, "  surfaces     ", "/surfaces", out);

@@ -29,7 +29,7 @@ bool is_nodeset(const Mesh& mesh, const std::string& name) { return find_sideset
 
 Surface surface_of_load(const Mesh& mesh, const std::string& name) {
   const Index set = find_sideset(mesh, name);
-  if (set < 0) throw InputError("loads: the mesh has no sideset '" + name + "' (there are: " + set_names(mesh) + ")");
+  if (set < 0) throw InputError("loads: the mesh has no sideset '" + name + "' (available: " + set_names(mesh) + ")");
   return extract_surface(mesh, mesh.sidesets[set]);
 }
 

@@ -13,7 +13,7 @@ namespace {
 // cbr-dyn takes the nodes of a sideset or a nodeset; contact needs faces.
 std::vector<Index> nodes_of(const SetUse& use, const Mesh& mesh) {
   if (use.needs_faces && find_sideset(mesh, use.set) < 0)
-    throw InputError(place_of(use) + "the mesh has no sideset of this name (there are: " + set_names(mesh) + ")");
+    throw InputError(place_of(use) + "the mesh has no sideset of this name (available: " + set_names(mesh) + ")");
   try {
     return set_nodes(mesh, use.set);
   } catch (const InputError& error) {

@@ -9,15 +9,15 @@
 
 int main(int argc, char** argv) {
   cbr::restart_with_better_kernels(argv);
-  CLI::App app("Reduces finite element components to Craig-Bampton superelements that keep their interface's faces.", "cbr-reduce");
+  CLI::App app("Reduces finite element components to superelements that keep the faces of their interface.", "cbr-reduce");
   app.footer(
       "examples:\n"
-      "  cbr-reduce impact.yaml                                  every component that an instance uses as a superelement\n"
+      "  cbr-reduce impact.yaml                                  all components that instances use as superelements\n"
       "  cbr-reduce impact.yaml | cbr-skin - | cbr-dyn - -o results.h5\n"
       "  cbr-reduce block.msh --interface contact --modes 80 --youngs-modulus 2.1e11 --poissons-ratio 0.3 --density 7850 \\\n"
       "             -o block.cbr.h5\n"
       "  cbr-reduce block.msh --interface surface --modes 50 --domains 8 --estimate\n"
-      "  cbr-reduce --info block.cbr.h5                          what a file is: superelement, results or checkpoint");
+      "  cbr-reduce --info block.cbr.h5                          describe a superelement, results or checkpoint file");
   cbr::CommonOptions common;
   cbr::ReduceCommand command;
   cbr::add_common_options(app, common);

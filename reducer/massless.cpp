@@ -141,7 +141,7 @@ FixedInterfaceModes free_modes(const FreeModel& model, const Partition& p, doubl
     k = std::max(n_rigid, count_modes_below(all, factor, std::sqrt(omega * omega - sigma) / (2 * std::numbers::pi)));
   }
   if (k > model.K.rows()) {
-    throw InputError("modes: " + std::to_string(wanted.modes) + " asked for, but the component has only " +
+    throw InputError("modes: " + std::to_string(wanted.modes) + " requested, but the component has only " +
                      std::to_string(model.K.rows() - n_rigid) + " elastic modes");
   }
   n_kept = k;
@@ -162,7 +162,7 @@ void require_only_rigid(const Vector& lambda, Index n_rigid, double low) {
   if (n_rigid < lambda.size() && lambda(n_rigid) <= std::max(no_strain * low, 10 * round_off))
     throw InputError(
         "basis: massless: the component moves without strain in more ways than as a rigid body: a mechanism, a part that hangs by "
-        "an edge, or one too thin for a double: mend the mesh, or use basis: craig-bampton");
+        "an edge, or one too thin for a double: correct the mesh, or use basis: craig-bampton");
   if (round_off > rigid_tolerance * low)
     throw InputError(
         "basis: massless: by round-off the stiffness resists rigid motions, so that the free modes cannot be told from them: look "

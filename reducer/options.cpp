@@ -56,7 +56,7 @@ bool gives_characteristic(const ReduceCommand& command) {
 CharacteristicOptions characteristic_of(const ReduceCommand& command, const ReductionOptions& reduction) {
   if (!reduction.is_characteristic())
     throw InputError(
-        "--characteristic-modes, --keep, --pressure, --patterns, --shear and --statics go with --basis characteristic");
+        "--characteristic-modes, --keep, --pressure, --patterns, --shear and --statics require --basis characteristic");
   CharacteristicOptions options;
   options.is_default_modes = !command.characteristic_modes;
   options.modes = command.characteristic_modes.value_or(default_shapes(command.modes));
@@ -74,87 +74,90 @@ CharacteristicOptions characteristic_of(const ReduceCommand& command, const Redu
 }  // namespace
 
 void add_reduce_options(CLI::App& app, ReduceCommand& command) {
-  app.add_option("INPUT", command.input, "a scene (YAML), - for a scene on stdin, or a mesh (.msh .exo .e .g)")->required();
-  auto* mesh = app.add_option_group("with a mesh", "what a scene says about its component");
+  app.add_option("INPUT", command.input, "scene (YAML), - for a scene on standard input, or mesh (.msh .exo .e .g)")->required();
+  auto* mesh = app.add_option_group("with a mesh", "description of the component; in a scene these are keys");
   mesh->add_option("--interface", command.interface_sets,
-                   "sideset or nodeset whose nodes are kept; may be given more than once. Every other set of the mesh that lies "
-                   "within the kept nodes is kept too")
+                   "sideset or nodeset whose nodes are kept; may be repeated. Other sets within these nodes are kept too")
       ->allow_extra_args(false)
       ->type_name("NAME");
-  auto* modes = mesh->add_option("--modes", command.modes, "number of fixed-interface modes kept, 0 or more")->type_name("N");
-  auto* cutoff = mesh->add_option("--cutoff-hz", command.cutoff_hz, "keep every fixed-interface mode below this frequency")
+  auto* modes = mesh->add_option("--modes", command.modes, "number of fixed-interface modes, 0 or more")->type_name("N");
+  auto* cutoff = mesh->add_option("--cutoff-hz", command.cutoff_hz, "keep all fixed-interface modes below this frequency")
                      ->type_name("HZ")
                      ->excludes(modes);
-  mesh->add_option("--tolerance", command.tolerance,
-                   "keep as few modes as get the ten lowest squared frequencies of the free component, and the interior's strain "
-                   "energy under rigid accelerations of its interface, right to this relative error")
+  mesh->add_option(
+          "--tolerance", command.tolerance,
+          "choose the modes by this relative error of the ten lowest squared free frequencies, and of the interior's strain "
+          "energy under rigid accelerations of the interface")
       ->type_name("SHARE")
       ->excludes(modes)
       ->excludes(cutoff);
-  mesh->add_option("--pick", command.pick, "frequency (default): the lowest; participation: those that the interface drives most")
+  mesh->add_option("--pick", command.pick,
+                   "frequency (default: the lowest modes) or participation (modes that the interface excites most)")
       ->type_name("WORD");
-  mesh->add_option("--youngs-modulus", command.youngs_modulus, "in the mesh's units, as all that follows")->type_name("E");
+  mesh->add_option("--youngs-modulus", command.youngs_modulus, "in consistent units, like all quantities")->type_name("E");
   mesh->add_option("--poissons-ratio", command.poissons_ratio, "between -1 and 0.5")->type_name("NU");
   mesh->add_option("--density", command.density, "mass per volume")->type_name("RHO");
   mesh->add_option("--element", command.element, "hex8-incompatible (default), hex8 or hex8-hourglass")->type_name("WORD");
   mesh->add_option("--mass", command.mass,
                    "auto (default: consistent for hex20 and tet10, lumped for others), lumped or consistent")
       ->type_name("WORD");
-  mesh->add_option("--basis", command.basis,
-                   "craig-bampton (default); massless: modes with all the mass and an interface without any; or characteristic: an "
-                   "interface of few shapes")
+  mesh->add_option(
+          "--basis", command.basis,
+          "craig-bampton (default: all interface dofs), characteristic (few shapes of the interface) or massless (no mass on "
+          "the interface)")
       ->type_name("WORD");
   mesh->add_option("--massless-modes", command.massless_modes,
-                   "of basis massless: free (default; MacNeal), tapered (free ones that fall off towards the last: for impacts) or "
+                   "with massless: free (default; MacNeal), tapered (free modes with a tapered interface part, for impacts) or "
                    "fixed (modified Craig-Bampton)")
       ->type_name("WORD");
-  mesh->add_option("--characteristic-modes", command.characteristic_modes,
-                   "of basis characteristic: the interface's own modes that stand for its dofs, 0 or more (default: a third of --modes, 10 to 40)")
+  mesh->add_option(
+          "--characteristic-modes", command.characteristic_modes,
+          "with characteristic: number of modes that replace the interface's dofs, 0 or more (default: a third of --modes, "
+          "10 to 40)")
       ->type_name("N");
-  mesh->add_option("--keep", command.keep,
-                   "of basis characteristic: set whose nodes keep their dofs, so that only the rest is reduced; may be given more "
-                   "than once")
+  mesh->add_option("--keep", command.keep, "with characteristic: set whose nodes keep all their dofs; may be repeated")
       ->allow_extra_args(false)
       ->type_name("NAME");
-  mesh->add_option("--pressure", command.pressure,
-                   "of basis characteristic: sideset that gets static responses to patterns of pressure (default: those of "
-                   "--statics); may be given more than once")
+  mesh->add_option(
+          "--pressure", command.pressure,
+          "with characteristic: sideset that gets static responses to patterns of pressure (default: those of --statics); may "
+          "be repeated")
       ->allow_extra_args(false)
       ->type_name("NAME");
-  mesh->add_option("--patterns", command.patterns, "number of patterns on each of these (default 1, with --shear 3)")
+  mesh->add_option("--patterns", command.patterns, "number of patterns for each of these sidesets (default: 1, with --shear 3)")
       ->type_name("N");
-  mesh->add_flag("--shear", command.shear, "patterns and statics in all directions, not only normal to the faces: for friction");
-  mesh->add_option("--statics", command.statics,
-                   "of basis characteristic: sideset that will touch, whose statics are kept in full (default: those of the "
-                   "interface), or none; may be given more than once")
+  mesh->add_flag("--shear", command.shear,
+                 "patterns and statics in all directions, for friction (default: normal to the faces only)");
+  mesh->add_option(
+          "--statics", command.statics,
+          "with characteristic: contact sideset whose static compliance is kept in full, or none (default: all sidesets of the "
+          "interface); may be repeated")
       ->allow_extra_args(false)
       ->type_name("NAME");
-  mesh->add_option("--domains", command.domains, "parts that are reduced each by itself and share nodes (default 1)")
+  mesh->add_option("--domains", command.domains, "number of domains, which are reduced separately and share nodes (default: 1)")
       ->type_name("N");
-  mesh->add_flag("--recovery", command.recovery, "store what brings back the interior: Psi, Phi and the connectivity");
-  mesh->add_option("-o,--output", command.output, "superelement file (default: the mesh's name with .cbr.h5, in this folder)")
+  mesh->add_flag("--recovery", command.recovery,
+                 "store Psi, Phi and the connectivity, to recover the interior's motion and stress");
+  mesh->add_option("-o,--output", command.output,
+                   "superelement file (default: name of the mesh with .cbr.h5, in the current folder)")
       ->type_name("FILE");
-  app.add_flag(
-      "--estimate", command.estimate,
-      "print what the reduction would give and cost, and reduce nothing: sizes, non-zeros, memory and times from the mesh's "
-      "connectivity, beside Eqs 5-17 of the paper. With a mesh no material is needed, but for --cutoff-hz");
-  app.add_flag(
-      "--info", command.info,
-      "print what INPUT is, a superelement, results, fields or a checkpoint: made of what, dofs, lowest frequencies, faces, "
-      "mass, known errors");
-  app.add_flag("--force", command.force, "reduce again, though nothing has changed");
+  app.add_flag("--estimate", command.estimate,
+               "print the expected size, memory and time of the reduction, beside Eqs 5-17 of the paper, and do not reduce. A mesh "
+               "needs no material for it, except with --cutoff-hz");
+  app.add_flag("--info", command.info,
+               "describe INPUT, which is a superelement, results, fields or checkpoint file: its origin, dofs, lowest frequencies, "
+               "faces, mass and known errors");
+  app.add_flag("--force", command.force, "reduce even if the superelement file is up to date");
   app.add_option_function<std::string>(
          "--memory",
          [&command](const std::string& text) {
            const std::string wrong = parse_bytes(text, command.memory);
            if (!wrong.empty()) throw CLI::ValidationError("--memory", wrong);
          },
-         "for the constraint modes, as 500MB or 8GB (default: half of this machine's, less beside a large factor); less memory "
-         "takes more time")
+         "memory for the constraint modes, e.g. 500MB (default: half of RAM minus the factor); less is slower")
       ->type_name("SIZE");
-  app.add_option(
-         "--diagonal-limit", command.diagonal_limit,
-         "store the diagonal form of superelements up to this many coordinates (default 6000; 3000 of domains put together)")
+  app.add_option("--diagonal-limit", command.diagonal_limit,
+                 "largest number of coordinates for which the diagonal form is stored (default: 6000; 3000 for joined domains)")
       ->type_name("N")
       ->check(whole_number("coordinates", 0));
 }
@@ -181,16 +184,16 @@ Scene scene_of_mesh(const ReduceCommand& command) {
   if (mass != "auto") component.mass = mass == "lumped" ? MassKind::lumped : MassKind::consistent;
   if (command.interface_sets.empty()) throw InputError("--interface is missing: name the sideset or nodeset whose nodes are kept");
   if (!command.modes && !command.cutoff_hz && !command.tolerance)
-    throw InputError("--modes, --cutoff-hz or --tolerance is missing: how many modes are kept?");
+    throw InputError("--modes, --cutoff-hz or --tolerance is missing: give one of them");
   if (command.modes && *command.modes < 0)
     throw InputError("--modes: " + std::to_string(*command.modes) + " found, 0 or more is allowed");
   if (command.cutoff_hz) number_in("--cutoff-hz", command.cutoff_hz, 0, INFINITY, "a positive frequency in Hz");
   if (command.tolerance) number_in("--tolerance", command.tolerance, 0, 1, "a number between 0 and 1 (both excluded)");
   if (command.tolerance && !command.pick.empty())
-    throw InputError("--pick goes with --modes: a tolerance picks the modes by what they take part in");
+    throw InputError("--pick requires --modes: with --tolerance the modes are chosen by participation");
   reduction.basis = word_in("--basis", command.basis, {"craig-bampton", "characteristic", "massless"});
   reduction.massless_modes = word_in("--massless-modes", command.massless_modes, {"free", "tapered", "fixed"});
-  if (!command.massless_modes.empty() && !reduction.is_massless()) throw InputError("--massless-modes goes with --basis massless");
+  if (!command.massless_modes.empty() && !reduction.is_massless()) throw InputError("--massless-modes requires --basis massless");
   reduction.interface_sets = command.interface_sets;
   reduction.modes = command.modes;
   reduction.cutoff_hz = command.cutoff_hz;

@@ -15,7 +15,7 @@ void require_memory_for_interface(Index c, double memory) {
   const double bytes = 16.0 * static_cast<double>(c) * static_cast<double>(c);
   if (bytes <= memory) return;
   throw InputError("the interface has " + std::to_string(c) + " dofs, whose dense mass and stiffness take " + human_bytes(bytes) +
-                   ", the machine has " + human_bytes(memory) + ": keep fewer faces, or let instances stand as: mesh");
+                   ", the machine has " + human_bytes(memory) + ": keep fewer faces, or use instances as: mesh");
 }
 
 double panel_memory(double given, const Partition& p, const SparseCholesky& factor, const Matrix& Phi) {

@@ -31,7 +31,7 @@ void judge_interior(Reduction& r, const SparseCholesky& factor) {
     throw InputError(
         "the stiffness of the interior is singular at " + node_of_interior_dof(r, factor.weakest_column()) +
         ": a part of it can move freely, as elements do that share only an edge or a node with the rest, or is held "
-        "too weakly for a double, as very thin parts are and what an interface nearly on one line holds; mend the mesh "
+        "too weakly for a double, as very thin parts are and what an interface nearly on one line holds; correct the mesh "
         "there or put nodes of that part into the interface");
   }
   Conditioning& condition = r.figures.condition;

@@ -151,7 +151,7 @@ Index n_modes_wanted(const Partition& p, const SparseCholesky& factor, const Red
   if (options.second_modes) {
     if (*options.second_modes > p.n_interior())
       throw InputError("second_reduction.modes: " + std::to_string(*options.second_modes) +
-                       " asked for, but the domains put together have only " + std::to_string(p.n_interior()) +
+                       " requested, but the domains put together have only " + std::to_string(p.n_interior()) +
                        " coordinates off the interface: ask for at most that many");
     return *options.second_modes;
   }

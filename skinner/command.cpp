@@ -49,7 +49,7 @@ void skin_a_mesh(const SkinCommand& command, Report& report) {
   if (command.sidesets.empty()) throw InputError(command.input + ": which sidesets? Give --sideset NAME, once for each");
   if (command.output.empty()) throw InputError(command.input + ": where to? Give -o FILE.msh or -o FILE.exo");
   if (is_same_file(command.input, command.output))
-    throw InputError(command.output.string() + ": is the mesh to skin and would be lost: give -o another name");
+    throw InputError(command.output.string() + ": is the mesh to skin and would be overwritten: give -o another name");
   report.refuse_timings_at(command.output, "the skinned mesh");
   UnchangedFiles inputs;
   inputs.add(command.input);
@@ -62,8 +62,7 @@ void skin_a_mesh(const SkinCommand& command, Report& report) {
     const auto phase = report.phase("skinning");
     const std::string left_out = left_out_blocks(skinned.mesh);
     skinned = skin_mesh(std::move(skinned.mesh), command.sidesets);
-    if (!left_out.empty())
-      report.warning(command.input + ": " + left_out + ": shells are not computed with by cbr-reduce and cbr-dyn");
+    if (!left_out.empty()) report.warning(command.input + ": " + left_out + ": cbr-reduce and cbr-dyn ignore shells");
   } catch (const InputError& error) {
     throw InputError(command.input + ": " + error.what());
   }
@@ -73,8 +72,7 @@ void skin_a_mesh(const SkinCommand& command, Report& report) {
 
 void skin_a_scene(const SkinCommand& command, std::ostream* scene_out, Report& report) {
   if (!command.sidesets.empty())
-    throw InputError(command.input +
-                     ": --sideset goes with a mesh (.msh, .exo, .e, .g); in a scene the surfaces stand under skin: surfaces");
+    throw InputError(command.input + ": --sideset requires a mesh (.msh, .exo, .e, .g) as INPUT; in a scene give skin: surfaces");
   Scene scene = read_scene(command.input);
   if (scene.skin) {
     if (!command.output.empty()) scene.skin->mesh = std::filesystem::absolute(command.output).lexically_normal();
@@ -84,7 +82,7 @@ void skin_a_scene(const SkinCommand& command, std::ostream* scene_out, Report& r
     for (const auto& [name, component] : scene.components)
       if (is_same_file(component.mesh, scene.skin->mesh))
         throw InputError(scene.skin->source.text() + ": skin: mesh: '" + scene.skin->mesh.filename().string() +
-                         "' is the mesh of component '" + name + "' and would be lost: give the skinned mesh another name");
+                         "' is the mesh of component '" + name + "' and would be overwritten: give the skinned mesh another name");
     report.refuse_timings_at(scene.skin->mesh, "the skinned mesh");
     UnchangedFiles inputs;
     for (const Instance& instance : scene.instances) inputs.add(component_of(scene, instance).mesh);
@@ -101,7 +99,7 @@ void skin_a_scene(const SkinCommand& command, std::ostream* scene_out, Report& r
   } else {
     if (!command.output.empty())
       throw InputError(command.input + ": -o was given, and the scene has no skin: add skin: to the scene");
-    report.line("the scene has no skin: handed on as it is");
+    report.line("the scene has no skin: passed on unchanged");
   }
   if (scene_out != nullptr) write_scene(scene, *scene_out);
 }

@@ -149,7 +149,7 @@ class SceneSkinner {
     throw InputError(skin_.source.text() + ": skin: surfaces: " +
                      (exists ? "the interface of no superelement keeps all nodes of '" + name + "': add it to reduction: interface"
                              : "no instance has a surface '" + name + "'" + nearest_name(name, names) +
-                                   " (there are: " + (names.empty() ? "none" : join(names)) + ")"));
+                                   " (available: " + (names.empty() ? "none" : join(names)) + ")"));
   }
 
   const Scene& scene_;
@@ -183,7 +183,7 @@ SkinnedMesh skin_mesh(Mesh mesh, const std::vector<std::string>& sidesets) {
     const auto names = sideset_names(result.mesh);
     if (found < 0)
       throw InputError("the mesh has no sideset '" + name + "'" + nearest_name(name, names) +
-                       " (there are: " + (names.empty() ? "none" : join(names)) + ")");
+                       " (available: " + (names.empty() ? "none" : join(names)) + ")");
     const Sideset& set = result.mesh.sidesets[static_cast<std::size_t>(found)];
     if (set.sides.empty()) throw InputError("sideset '" + name + "' is empty: there is nothing to skin");
     if (!done.insert(found).second) throw InputError("sideset '" + name + "' is given twice: name each once");

@@ -125,7 +125,7 @@ std::vector<Index> set_nodes(const Mesh& mesh, const std::string& name) {
     const auto others = names_of(mesh.nodesets);
     names.insert(names.end(), others.begin(), others.end());
     throw InputError("the mesh has no sideset or nodeset '" + name + "'" + nearest_name(name, names) +
-                     " (there are: " + set_names(mesh) + ")");
+                     " (available: " + set_names(mesh) + ")");
   }
   // A name that both kinds share means the sideset: its nodes are the ones of the faces, which contact and loads need.
   if (s >= 0) {

@@ -89,7 +89,7 @@ Mesh read_mesh(const std::filesystem::path& file) {
   if (!std::filesystem::exists(status)) throw InputError(file.string() + ": cannot be opened: " + error.message());
   if (!std::filesystem::is_regular_file(status))
     throw InputError(file.string() + ": is not a regular file: give the path of a mesh");
-  if (access(file.c_str(), R_OK) != 0) throw InputError(file.string() + ": may not be read: check its permissions");
+  if (access(file.c_str(), R_OK) != 0) throw InputError(file.string() + ": is not readable: check its permissions");
   Mesh mesh = format == Format::gmsh ? read_gmsh(file) : read_exodus(file);
   check_mesh(mesh, file.string());
   return mesh;

@@ -37,7 +37,8 @@ Sections sections_of(std::string_view text, const std::string& where) {
     auto name = std::string(text.substr(at, line_end - at));
     name.erase(name.find_last_not_of(" \t\r") + 1);
     if (name.size() < 2 || name[0] != '$')
-      throw InputError(where + ": '" + printable(name) + "' stands where a section ($...) should begin: not a whole .msh file");
+      throw InputError(where + ": '" + printable(name) +
+                       "' found where a section ($...) should begin: the .msh file is damaged or incomplete");
     if (name == "$NOD")
       throw InputError(where + ": is of MSH format 1; formats 2.2 and 4.1 can be read: convert it with gmsh -save -format msh41");
     const auto body = std::min(line_end + 1, text.size());
@@ -46,7 +47,7 @@ Sections sections_of(std::string_view text, const std::string& where) {
       throw InputError(where + ": is cut short: section " + printable(name) + " has no $End" + printable(name.substr(1)));
     const bool is_new = sections.emplace(name, text.substr(body, end - body)).second;
     if (!is_new && is_read(name))
-      throw InputError(where + ": section " + name + " is there twice, expected once: two meshes in one file? damaged?");
+      throw InputError(where + ": section " + name + " appears twice: the file holds two meshes or is damaged");
     at = text.find_first_not_of(" \t\r\n", end + name.size() + 3);
   }
   return sections;
@@ -102,7 +103,7 @@ class Reader {
       const Index tag = cursor.text_number<int>();
       const auto line = cursor.line();
       const auto open_quote = line.find('"'), close_quote = line.rfind('"');
-      if (open_quote == close_quote) cursor.fail("the name of group " + std::to_string(tag) + " stands in no quotes");
+      if (open_quote == close_quote) cursor.fail("the name of group " + std::to_string(tag) + " is not in quotes");
       msh_.group_names[{dimension, std::abs(tag)}] = std::string(line.substr(open_quote + 1, close_quote - open_quote - 1));
     }
   }

@@ -120,7 +120,7 @@ void refuse_rigid_modes(const std::string& where) {
       where +
       ": /nodes/coordinates, /rigid_body and the rigid modes of /diagonal or the matrices do not agree to 1e-6, as a run in modal "
       "coordinates needs: the reduction was "
-      "too ill-conditioned (heed the warnings of cbr-reduce), or the file was changed (cbr-reduce --force makes it anew), or the "
+      "too ill-conditioned (heed the warnings of cbr-reduce), or the file was changed (run cbr-reduce --force), or the "
       "density of a skin is beyond a double beside the part");
 }
 
@@ -172,7 +172,8 @@ Matrix resisted_rigid_motions(const Matrix& K, const Matrix& R_s) {
 
 Matrix resisted_rigid_motions(const Superelement& s) {
   if (s.K_cc.rows() != s.c()) return Matrix(0, 6);
-  return resisted_rigid_motions(s.K_cc, reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c()) * rigid_scales(s.rigid_body).asDiagonal());
+  return resisted_rigid_motions(
+      s.K_cc, reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c()) * rigid_scales(s.rigid_body).asDiagonal());
 }
 
 DiagonalForm free_diagonal_form(Superelement& s, const std::string& where) {
@@ -185,7 +186,8 @@ DiagonalForm free_diagonal_form(Superelement& s, const std::string& where) {
     s.omega.resize(0), s.V.resize(0, 0);
   } else {
     const Matrix K = reduced_stiffness(s);
-    const Matrix N = R * free_rigid_motions(R, s.rigid_body, {}, {}, resisted_rigid_motions(s));  // all six, or what is free of a part that is held inside
+    const Matrix N = R * free_rigid_motions(R, s.rigid_body, {}, {},
+                                            resisted_rigid_motions(s));  // all six, or what is free of a part that is held inside
     const Matrix N_1 = N.colwise().normalized();
     const bool known = N.cols() > 0 && PivotedQr(N_1).rank() == N.cols();
     Eigenpairs pairs = dense_eigenpairs_beside(K, reduced_mass(s), known ? N : Matrix(s.n(), 0));

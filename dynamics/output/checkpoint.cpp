@@ -55,7 +55,7 @@ auto from_checkpoint(const Read& read) {
     throw InputError(what.find("--restart") != std::string::npos
                          ? what
                          : what +
-                               ": give --restart a checkpoint of this run that is whole, or start the run anew without --restart");
+                               ": give --restart a checkpoint of this run that is whole, or start the run again without --restart");
   }
 }
 
@@ -113,11 +113,11 @@ static std::pair<Checkpoint, StateArchive> read_whole(const fs::path& file, cons
   if (by != generator() || version_of_file != format_version)
     throw InputError(file.string() + ": was written by " + by + " (format " + version_of_file + "), this is " + generator() +
                      " (format " + format_version +
-                     "), which may not go on with the same digits: start the run anew, without --restart");
+                     "), which may not go on with the same digits: start the run again, without --restart");
   if (in.read_string("/", "run_hash") != hash)
     throw InputError(file.string() +
                      ": is of another scene, or the scene, its meshes, its superelements or --diagonal-limit have " +
-                     "changed since: give the checkpoint of this run, or start it anew without --restart");
+                     "changed since: give the checkpoint of this run, or start it again without --restart");
   Checkpoint checkpoint;
   checkpoint.step = in.read_index("/", "step");
   checkpoint.threads = static_cast<int>(in.read_index("/", "threads"));
@@ -148,7 +148,7 @@ fs::path checkpoint_file(const CheckpointOptions& options, const fs::path& resul
   if (!same && !restart.empty() && is_same_file(file, restart)) return file;  // what is wrong with it is said by who reads it
   if (same || (fs::exists(file, error) && !is_checkpoint(file)))
     throw InputError(options.source.text() + ": output.checkpoint: " + file.string() +
-                     (same ? " is the results file" : " is there and is no checkpoint") +
+                     (same ? " is the results file" : " exists and is not a checkpoint") +
                      ": give output.checkpoint.file another name" + (same ? "" : ", or remove it if it is a damaged one"));
   return file;
 }

@@ -180,7 +180,7 @@ FieldHash FieldWriter::hash_of(const Hdf5Reader& file, std::size_t n_steps) cons
 void FieldWriter::go_on(const Saved& saved, const std::string& run_hash) {
   times_ = saved.times;
   std::error_code error;
-  const std::string cure = ": put back the file that was written with the checkpoint, or start the run anew, without --restart";
+  const std::string cure = ": put back the file that was written with the checkpoint, or start the run again, without --restart";
   if (!std::filesystem::exists(saved.file, error))
     throw InputError(saved.file.string() + ": no such file: holds the fields (output.fields) of the checkpoint beside it" + cure);
   try {

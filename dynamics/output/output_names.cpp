@@ -72,8 +72,8 @@ void refuse_other_text(const Target& target) {
   std::string start(200, '\0');
   std::ifstream(target.file).read(start.data(), static_cast<std::streamsize>(start.size()));
   if (start.find("<Xdmf") != std::string::npos) return;
-  throw InputError(target.file.string() + ": is there and is no XDMF file, and " + target.what +
-                   " would replace it: " + target.cure());
+  throw InputError(target.file.string() + ": exists and is not an XDMF file; " + target.what +
+                   " would overwrite it: " + target.cure());
 }
 
 }  // namespace

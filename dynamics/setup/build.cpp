@@ -192,7 +192,7 @@ void require_skin(const Scene& scene, const BuiltScene& built) {
       throw InputError(
           scene.skin->source.text() + ": skin: surfaces: no instance has a surface '" + name + "'" +
           nearest_name(name, {there_are.begin(), there_are.end()}) +
-          "; a superelement has those that its interface keeps (there are: " + join({there_are.begin(), there_are.end()}) + ")");
+          "; a superelement has those that its interface keeps (available: " + join({there_are.begin(), there_are.end()}) + ")");
 }
 
 void note_shells(const Scene& scene, BuiltScene& built) {

@@ -20,7 +20,7 @@ std::string names(const Geometry& geometry, bool with_nodesets) {
   for (const auto& [known, surface] : geometry.surfaces) list.push_back(known);
   std::string message = source.text() + ": instance '" + instance + "' has no " +
                         (with_nodesets ? "surface or node set" : "surface") + " '" + name +
-                        "' (there are: " + names(geometry, with_nodesets) + ")" + nearest_name(name, list);
+                        "' (available: " + names(geometry, with_nodesets) + ")" + nearest_name(name, list);
   if (geometry.reduced) message += ": if the mesh has it, add it to the component's reduction.interface and run cbr-reduce again";
   throw InputError(message);
 }

@@ -71,7 +71,7 @@ void keep_half_of_fixed(Superelement& s, HalfBy by) {
 void require_half(const Superelement& s) {
   if (s.is_characteristic())
     throw InputError(
-        "--check-error has no half to leave out of basis: characteristic, whose coordinates are modes and statics together: "
+        "--check-error is not available with basis: characteristic, whose coordinates mix modes and statics: "
         "reduce with fewer modes and compare");
   const auto& m = s.massless;
   if ((m.modes == "tapered" && m.omega_fall == 0 && (s.eigenvalues.array() > 0).any()) ||

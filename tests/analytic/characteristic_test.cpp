@@ -197,7 +197,7 @@ TEST(CharacteristicContact, RefusesWhatItCannotDo) {
   expect(p, "domains above 1");
   p = {};
   p.reduction = "characteristic: {modes: 3}, modes: 20";
-  expect(p, "goes with basis: characteristic");
+  expect(p, "requires basis: characteristic");
   p = {};
   p.reduction = "basis: characteristic, characteristic: {statics: [y_min]}, modes: 20";
   expect(p, "characteristic.statics: the interface keeps no sideset 'y_min'");

@@ -315,7 +315,7 @@ TEST(MasslessContact, RefusesWhatItCannotDo) {
   expect(p, "massless_modes: fixed");
   p = {};
   p.basis = "massless_modes: fixed";
-  EXPECT_NE(message_of(p).find("goes with basis: massless"), std::string::npos);
+  EXPECT_NE(message_of(p).find("requires basis: massless"), std::string::npos);
   p = {};
   p.more = "skin: {surfaces: [x_max], youngs_modulus: 10, poissons_ratio: 0.3, density: 1, thickness: 0.01}\n";
   expect(p, "shells");

@@ -180,7 +180,7 @@ def case_checkpoints_that_do_not_fit(folder):
     refused("another scene")
     scene(folder, ", checkpoint: {every_steps: 10, file: box.msh}")
     errors = run(folder, "cbr-dyn", "scene.yaml", "-o", "results.h5", expect=2)
-    assert "box.msh" in errors and "is no checkpoint" in errors and "scene.yaml:" in errors, errors
+    assert "box.msh" in errors and "is not a checkpoint" in errors and "scene.yaml:" in errors, errors
     scene(folder, ", checkpoint: {every_steps: 10, file: results.h5}")
     assert "results file" in run(folder, "cbr-dyn", "scene.yaml", "-o", "results.h5", expect=2)
     scene(folder, FIELDS)  # without checkpoints of its own it goes on all the same

@@ -37,7 +37,7 @@ TEST(ChildProcess, SignalsFromOutsideSayNothingOfTheFile) {
         "a.exo", [] { std::raise(SIGKILL); }, 10);
     ADD_FAILURE();
   } catch (const RunError& error) {
-    EXPECT_NE(std::string(error.what()).find("a.exo: reading it was ended by signal 9"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("a.exo: reading it was stopped by signal 9"), std::string::npos) << error.what();
   }
 }
 

@@ -108,7 +108,7 @@ TEST(ProgramDeathTest, signalsLeaveNoTemporaryFile) {
         std::raise(number);
       });
     };
-    EXPECT_EXIT(interrupted(), ExitedWithCode(1), "error: ended by SIG");
+    EXPECT_EXIT(interrupted(), ExitedWithCode(1), "error: stopped by SIG");
     EXPECT_EQ(folder.n_entries(), 0u);
   }
 }
@@ -133,14 +133,14 @@ TEST(ProgramDeathTest, theFirstOfTheNotedSignalsIsTheLoopsToHeed) {
       std::raise(SIGINT);
     });
   };
-  EXPECT_EXIT(twice(), ExitedWithCode(1), "error: ended by SIGINT");
+  EXPECT_EXIT(twice(), ExitedWithCode(1), "error: stopped by SIGINT");
   const auto after = [&] {
     run({}, [&] {
       { const NotedSignals signals; }
       std::raise(SIGHUP);
     });
   };
-  EXPECT_EXIT(after(), ExitedWithCode(1), "error: ended by SIGHUP");
+  EXPECT_EXIT(after(), ExitedWithCode(1), "error: stopped by SIGHUP");
   EXPECT_EQ(folder.n_entries(), 0u);
 }
 

@@ -41,7 +41,8 @@ TEST(SceneLoad, manyEntriesOfContactAreReadAndOneThatIsTwiceIsTold) {
   EXPECT_EQ(
       refusal(folder, scene + "  - {between: [b7.s, b3.s]}\n").find("impact.yaml:" + std::to_string(line) + ": contact[15000]: "),
       0u);
-  EXPECT_NE(refusal(folder, scene + "  - {between: [b7.s, b3.s]}\n").find("[b7.s, b3.s] is there twice (line "), std::string::npos);
+  EXPECT_NE(refusal(folder, scene + "  - {between: [b7.s, b3.s]}\n").find("[b7.s, b3.s] is listed twice (line "),
+            std::string::npos);
   EXPECT_NE(refusal(folder, scene + "  - {between: [b7.s, b1500.s]}\n").find("unknown instance 'b1500'"), std::string::npos);
 }
 

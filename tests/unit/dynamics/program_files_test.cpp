@@ -81,7 +81,7 @@ TEST_F(ProgramFiles, OutputsOfOneNameAreRefused) {
 
 TEST_F(ProgramFiles, ResultsReplaceNoOtherFile) {
   std::ofstream(in("r.h5")) << "my notes\n";
-  expect_in(refused(""), {"r.h5", "is there and is no HDF5 file", "--output"});
+  expect_in(refused(""), {"r.h5", "exists and is not an HDF5 file", "--output"});
   std::ofstream(in("r.h5"), std::ios::trunc).flush();
   run("");  // over an empty one, as mktemp makes it
   run("");  // its own, again
@@ -186,7 +186,7 @@ TEST_F(ProgramFiles, ADamagedCheckpointOfItsOwnNameIsCalledSo) {
   const std::string said = refused(output, "c.h5");
   expect_in(said, {"c.h5", "damaged", "without --restart"});
   EXPECT_EQ(said.find("output.checkpoint.file"), std::string::npos) << said;
-  expect_in(refused(output), {"c.h5", "is no checkpoint", "remove it"});  // and anew: what is to be done with it
+  expect_in(refused(output), {"c.h5", "is not a checkpoint", "remove it"});  // and anew: what is to be done with it
 }
 
 }  // namespace

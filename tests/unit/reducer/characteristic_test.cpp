@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "common/linalg/dense.hpp"
 #include "reducer/characteristic.hpp"
+#include "common/linalg/dense.hpp"
 
 #include <gtest/gtest.h>
 
@@ -187,7 +187,7 @@ TEST(Characteristic, ByDefaultASmallInterfaceHasWhatShapesThereIsRoomFor) {
 TEST(Characteristic, RefusesByName) {
   const Mesh mesh = skewed({3, 2, 2});
   const auto message = [&](const CharacteristicOptions& of) { return message_of(mesh, characteristic({"x_max"}, 3, of)); };
-  EXPECT_NE(message({21}).find("characteristic.modes: 27 asked for, but only 27 dofs"), std::string::npos) << message({21});
+  EXPECT_NE(message({21}).find("characteristic.modes: 27 requested, but only 27 dofs"), std::string::npos) << message({21});
   EXPECT_EQ(message({20}), "no InputError");
   EXPECT_NE(message({3, {"x_mx"}}).find("characteristic.keep: the interface keeps no set 'x_mx', did you mean 'x_max'"),
             std::string::npos)
@@ -195,7 +195,7 @@ TEST(Characteristic, RefusesByName) {
   EXPECT_NE(message({3, {"x_max"}}).find("nothing is left to reduce"), std::string::npos);
   EXPECT_NE(message({3, {}, {"y_max"}}).find("characteristic.pressure: the interface keeps no sideset 'y_max'"), std::string::npos);
   EXPECT_EQ(message({3, {}, {"x_max"}}), "no InputError");
-  EXPECT_NE(message({3, {}, {"x_max"}, 10}).find("patterns: 10 asked for on 'x_max', which has only 9 loads"), std::string::npos);
+  EXPECT_NE(message({3, {}, {"x_max"}, 10}).find("patterns: 10 requested on 'x_max', which has only 9 loads"), std::string::npos);
   const std::string loose = message_of(mesh, characteristic({"surface"}, 0, {3, {"corner"}}));
   EXPECT_NE(loose.find("do not hold the others"), std::string::npos) << loose;
 }

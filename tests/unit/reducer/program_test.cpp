@@ -136,15 +136,16 @@ TEST_F(Program, AToleranceIsReducedOnce) {
   EXPECT_EQ(fs::last_write_time(path("box.cbr.h5")), written);
   run({scene("{interface: [x_max], tolerance: 0.3}")});
   EXPECT_LT(read_superelement(path("box.cbr.h5")).k(), s.k());
-  EXPECT_NE(message_of({scene("{interface: [x_max], tolerance: 0.3, pick: participation}")}).find("goes with modes"),
+  EXPECT_NE(message_of({scene("{interface: [x_max], tolerance: 0.3, pick: participation}")}).find("requires modes"),
             std::string::npos);
-  EXPECT_NE(message_of({scene("{interface: [x_max], tolerance: 0.3, basis: massless}")}).find("cannot be had with basis: massless"),
-            std::string::npos);
+  EXPECT_NE(
+      message_of({scene("{interface: [x_max], tolerance: 0.3, basis: massless}")}).find("is not available with basis: massless"),
+      std::string::npos);
   EXPECT_NE(message_of({scene("{interface: [x_max], tolerance: 0.3, basis: characteristic, characteristic: {modes: 4}}")})
-                .find("cannot be had with basis: characteristic: take modes or cutoff_hz"),
+                .find("is not available with basis: characteristic: take modes or cutoff_hz"),
             std::string::npos);
   EXPECT_NE(message_of(mesh_arguments({"--basis", "characteristic", "--characteristic-modes", "4"}, {"--tolerance", "0.3"}))
-                .find("cannot be had with basis: characteristic"),
+                .find("is not available with basis: characteristic"),
             std::string::npos);
 }
 
@@ -280,7 +281,7 @@ TEST_F(Program, OverwritesNoHdf5FileOfAnotherKind) {
   EXPECT_NE(message_of(mesh_arguments()).find("cbr-results"), std::string::npos) << message_of(mesh_arguments());
   EXPECT_EQ(bytes(path("box.cbr.h5")), before);
   std::ofstream(path("box.cbr.h5")) << "my notes\n";
-  EXPECT_NE(message_of(mesh_arguments()).find("box.cbr.h5: is there and is no HDF5 file"), std::string::npos);
+  EXPECT_NE(message_of(mesh_arguments()).find("box.cbr.h5: exists and is not an HDF5 file"), std::string::npos);
   EXPECT_EQ(bytes(path("box.cbr.h5")), "my notes\n");
   std::ofstream(path("box.cbr.h5"), std::ios::trunc).flush();
   EXPECT_EQ(run(mesh_arguments()), "");  // over an empty one, as mktemp makes it
@@ -399,12 +400,12 @@ TEST_F(Program, RefusesWithTheCure) {
   EXPECT_NE(message_of(mesh_arguments({"--basis", "massles"})).find("massless"), std::string::npos);
   EXPECT_NE(message_of(mesh_arguments({"--basis", "characteristic", "--statics", "x_mx"})).find("did you mean 'x_max'"),
             std::string::npos);
-  EXPECT_NE(message_of(mesh_arguments({"--keep", "x_max"})).find("go with --basis characteristic"), std::string::npos);
+  EXPECT_NE(message_of(mesh_arguments({"--keep", "x_max"})).find("require --basis characteristic"), std::string::npos);
   EXPECT_NE(message_of(mesh_arguments({"--domains", "0"})).find("1 or more"), std::string::npos);
   EXPECT_NE(message_of(mesh_arguments({"--domains", "1000"})).find("at most that many"), std::string::npos);
   EXPECT_NE(message_of(mesh_arguments({"--interface", "x_mx"})).find("x_max"), std::string::npos);
   const std::string file = scene("{interface: [x_max], modes: 400}");
-  EXPECT_NE(message_of({file, "--modes", "3"}).find("goes with a mesh"), std::string::npos);
+  EXPECT_NE(message_of({file, "--modes", "3"}).find("requires a mesh"), std::string::npos);
   EXPECT_NE(message_of({file}).find("scene.yaml:3: component 'box'"), std::string::npos) << message_of({file});
   const std::string again = message_of({scene("{interface: [x_max], modes: 6, domains: 3, second_reduction: {modes: 400}}")});
   EXPECT_NE(again.find("scene.yaml:3: component 'box': second_reduction.modes: 400"), std::string::npos) << again;

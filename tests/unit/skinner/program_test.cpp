@@ -71,7 +71,7 @@ TEST(SkinProgram, overwritesNoMeshOfAComponent) {
   for (const char* output : {"brick.msh", "link.msh", "../here/brick.msh"}) {
     const Outcome outcome = here.skin(std::string("a.yaml -o ") + output);
     EXPECT_EQ(outcome.code, 2) << output;
-    EXPECT_NE(outcome.err.find("would be lost"), std::string::npos) << outcome.err;
+    EXPECT_NE(outcome.err.find("would be overwritten"), std::string::npos) << outcome.err;
     EXPECT_EQ(test::read_text(here / "brick.msh"), mesh);
   }
 }
@@ -159,7 +159,7 @@ TEST(SkinProgram, badInputIsOneLineAndLeavesNothing) {
   refused("none.msh --sideset a -o b.msh", "none.msh: no such file");
   refused("brick.msh", "--sideset");
   refused("brick.msh --sideset x_max", "-o");
-  refused("brick.msh --sideset x_max -o ./brick.msh", "would be lost");
+  refused("brick.msh --sideset x_max -o ./brick.msh", "would be overwritten");
   refused("brick.msh --sideset x_max -o s.msh --timings ./s.msh", "is the file of both the skinned mesh and the timings");
   refused("brick.msh --sideset top -o s.msh", "x_min, x_max");
   refused("brick.msh --sideset x_max -o s.stl", ".stl");

@@ -128,7 +128,7 @@ TEST(Skin, refusesWhatIsNotThereAndWhatIsTwice) {
   const auto fault = [](const std::vector<std::string>& names) {
     return message_of([&] { skin_mesh(test::brick(1, 1, 1), names); });
   };
-  EXPECT_NE(fault({"x_mx"}).find("did you mean 'x_max'? (there are: x_min, x_max)"), std::string::npos);
+  EXPECT_NE(fault({"x_mx"}).find("did you mean 'x_max'? (available: x_min, x_max)"), std::string::npos);
   EXPECT_NE(fault({"x_max", "x_max"}).find("twice"), std::string::npos);
   Mesh once = skin_mesh(test::brick(1, 1, 1), {"x_max"}).mesh;
   EXPECT_NE(message_of([&] { skin_mesh(once, {"x_max"}); }).find("already"), std::string::npos);

@@ -252,7 +252,7 @@ TEST(GmshMesh, refusesByName) {
   has(fault(""), "empty");
   has(fault("Point(1) = {0,0,0};\n"), "not a gmsh mesh");
   has(fault("\x7f\x45LF\1\2"), "not a gmsh mesh");
-  has(fault(old_file() + "$Nodes\n1\n1 0 0 0\n$EndNodes\n"), "section $Nodes is there twice");
+  has(fault(old_file() + "$Nodes\n1\n1 0 0 0\n$EndNodes\n"), "section $Nodes appears twice");
   has(fault("$NOD\n1\n1 0 0 0\n$ENDNOD\n"), "format 1");
   for (const char* version : {"1", "3", "4", "5"})
     has(fault(replaced(old_file(), "2.2 0 8", std::string(version) + " 0 8")), "2.2 and 4.1");
