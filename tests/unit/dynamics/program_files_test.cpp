@@ -126,7 +126,7 @@ TEST_F(ProgramFiles, FieldsReplaceFieldsAlone) {
     std::filesystem::remove(in(name));
   }
   std::ofstream(in("r.xdmf")) << "my notes\n";
-  expect_in(refused(fields), {"r.xdmf", "no XDMF"});
+  expect_in(refused(fields), {"r.xdmf", "not an XDMF"});
   std::filesystem::remove(in("r.xdmf"));
   run(both);
   EXPECT_EQ(Hdf5Reader(in("r.fields.h5")).read_string("/", "format"), "cbr-fields");
