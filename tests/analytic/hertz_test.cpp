@@ -161,7 +161,7 @@ Errors run_ball(const BallScene& ball) {
   return run_ball(ball, folder, mesh);
 }
 
-// The closed form as literature.md has it, and that the finite ball tends to it as the impact gets gentler: by a / R.
+// Hertz's closed form, and that the finite ball tends to it as the impact gets gentler: by a / R.
 TEST(Hertz, FiniteBallTendsToHertz) {
   BallImpact impact;
   impact.on_plane = false;
