@@ -19,8 +19,8 @@ struct RunError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// ", did you mean 'x'?" with the candidate nearest to `found` by edit distance, or "" when none is near.
 std::string join(const std::vector<std::string>& words, const std::string& separator = ", ");
+// ", did you mean 'x'?" with the candidate nearest to `found` by edit distance, or "" when none is near.
 std::string nearest_name(const std::string& found, const std::vector<std::string>& allowed);
 
 }  // namespace cbr

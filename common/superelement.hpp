@@ -154,7 +154,7 @@ Matrix reduced_mass(const Superelement& superelement);
 // Rigid motions in reduced coordinates, n x 6 about `center`: [0; R_c].
 Matrix reduced_rigid_modes(const Superelement& superelement, const Vector3& center);
 
-// rho_res for x, y, z: the share of a rigid translation's kinetic energy that sits in M_cc - M_kc^T M_kc (method.md).
+// rho_res for x, y, z: the share of a rigid translation's kinetic energy that sits in M_cc - M_kc^T M_kc.
 Vector3 residual_mass_share(const Superelement& superelement);
 
 }  // namespace cbr

@@ -33,10 +33,9 @@ InterfaceMotions interface_motions(const Partition& p, const SparseCholesky& fac
 
 // What modes leave of E: D (m x m) of left_of_answer().
 struct StrainLeftOut {
-  Vector of_motion;                          // m, shares
-  double largest = 0;                        // of all rigid motions
-  Vector worst;                              // n_rigid, the rigid motion that has it, in the first columns of W
-  double worst_of_all(Index& motion) const;  // and the motion from n_rigid on, or -1 for a rigid one
+  Vector of_motion;    // m, shares
+  double largest = 0;  // of all rigid motions
+  Vector worst;        // n_rigid, the rigid motion that has it, in the first columns of W
 };
 StrainLeftOut strain_left_out(const InterfaceMotions& motions, const Matrix& D);
 

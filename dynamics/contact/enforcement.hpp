@@ -89,7 +89,7 @@ constexpr double penalty_share = 0.2;
 EnforcementResult enforce_penalty(const ContactList& list, const std::vector<PointLaw>& laws, double h, double x, double damping,
                                   std::vector<ContactBody>& bodies, PenaltyMemory& memory, Points& elastic_slip);
 
-// `nodal`: what a code does that knows only nodal masses (method.md): the nodes' velocities alone are changed, each weighed by
+// `nodal`: what a code does that knows only nodal masses: the nodes' velocities alone are changed, each weighed by
 // `masses` (per contact body m x 3, scene axes), so that no gap is negative at the end. Adds impulses; velocity changes are
 // impulses / masses.
 EnforcementResult enforce_nodal(const ContactList& list, const Points& guess, double h, const std::vector<Points>& masses,
