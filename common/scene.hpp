@@ -89,6 +89,20 @@ struct Component {
   SourceLine source;
 };
 
+// Damping of a material: C = alpha M + beta K, and a loss factor that each mode gets half of as its damping ratio.
+struct MaterialDamping {
+  double alpha = 0;        // 1/s
+  double beta = 0;         // s
+  double loss_factor = 0;  // for motion in modes only
+  bool operator==(const MaterialDamping&) const = default;
+};
+
+// Damping ratios of an instance's modes by frequency: linear in between, constant beyond. One entry: of all modes.
+struct ModalDamping {
+  std::vector<double> frequency_hz, ratio;
+  bool empty() const { return ratio.empty(); }
+};
+
 enum class InstanceKind { superelement, mesh };
 
 struct Instance {
@@ -98,6 +112,7 @@ struct Instance {
   Vector3 rotation_degrees = Vector3::Zero();  // about the fixed x, then y, then z axis
   std::string mirror;                          // "", "x", "y" or "z": the coordinate that changes sign; before the rotation
   Vector3 velocity = Vector3::Zero();
+  ModalDamping damping;  // on top of what its materials have
   SourceLine source;
   Matrix3 transformation() const;  // rotation * mirror: x_scene = T x_component + position
 };
@@ -139,9 +154,9 @@ struct History {
 };  // piecewise linear; constant before and after; empty: 1
 
 struct Load {
-  enum class Kind { traction, force, gravity } kind = Kind::traction;
+  enum class Kind { traction, force, gravity, pressure } kind = Kind::traction;
   std::string instance, surface;    // empty for gravity
-  Vector3 value = Vector3::Zero();  // scene axes
+  Vector3 value = Vector3::Zero();  // scene axes; of a pressure, which pushes into the faces, the first alone
   History history;
   SourceLine source;
 };
@@ -203,6 +218,7 @@ struct OutputOptions {
 struct Scene {
   std::filesystem::path file;  // "-" when read from stdin
   std::map<std::string, Material> materials;
+  std::map<std::string, MaterialDamping> damping;  // of those materials that have any
   std::map<std::string, Component> components;
   std::vector<Instance> instances;  // in the file's order
   std::optional<SkinOptions> skin;

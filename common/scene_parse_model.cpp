@@ -17,10 +17,44 @@ std::vector<std::string> keys_of(const std::map<std::string, Value>& map) {
 }
 
 Material parse_material(const SceneNode& node) {
-  const SceneMap map = node.map({"youngs_modulus", "poissons_ratio", "density"});
+  const SceneMap map = node.map({"youngs_modulus", "poissons_ratio", "density", "damping"});
   return {.youngs_modulus = map.at("youngs_modulus").positive(),
           .poissons_ratio = map.at("poissons_ratio").in_open_range(-1, 0.5),
           .density = map.at("density").positive()};
+}
+
+MaterialDamping parse_material_damping(const SceneNode& node) {
+  const SceneMap map = node.map({"alpha", "beta", "loss_factor"});
+  MaterialDamping damping;
+  if (const auto* alpha = map.find("alpha")) damping.alpha = alpha->not_negative();
+  if (const auto* beta = map.find("beta")) damping.beta = beta->not_negative();
+  if (const auto* loss = map.find("loss_factor")) damping.loss_factor = loss->not_negative();
+  return damping;
+}
+
+// {ratio: 0.02}, or {frequency_hz: [...], ratio: [...]}.
+ModalDamping parse_modal_damping(const SceneNode& node) {
+  const SceneMap map = node.map({"ratio", "frequency_hz"});
+  ModalDamping damping;
+  const SceneNode& ratio = map.at("ratio");
+  const SceneNode* frequencies = map.find("frequency_hz");
+  if (ratio.is_scalar() && frequencies == nullptr) {
+    damping.frequency_hz = {0};
+    damping.ratio = {ratio.not_negative()};
+    return damping;
+  }
+  for (const SceneNode& item : ratio.list()) damping.ratio.push_back(item.not_negative());
+  for (const SceneNode& item : map.at("frequency_hz").list()) {
+    const double hz = item.not_negative();
+    if (!damping.frequency_hz.empty() && hz <= damping.frequency_hz.back())
+      item.fail("not above the frequency before it, frequencies must ascend");
+    damping.frequency_hz.push_back(hz);
+  }
+  if (damping.ratio.empty()) ratio.fail("is empty, expected at least one ratio");
+  if (damping.ratio.size() != damping.frequency_hz.size())
+    ratio.fail("has " + std::to_string(damping.ratio.size()) + " entries, expected as many as 'frequency_hz' has: " +
+               std::to_string(damping.frequency_hz.size()));
+  return damping;
 }
 
 std::string parse_material_name(const SceneNode& node, const Scene& scene) {
@@ -138,7 +172,7 @@ Component parse_component(const SceneNode& node, const std::string& name, const 
 }
 
 Instance parse_instance(const SceneNode& node, const std::string& name, const Scene& scene) {
-  const SceneMap map = node.map({"component", "as", "position", "rotation", "mirror", "velocity"});
+  const SceneMap map = node.map({"component", "as", "position", "rotation", "mirror", "velocity", "damping"});
   require_plain_name(node, "an instance", name);
   Instance instance;
   instance.name = name;
@@ -159,6 +193,11 @@ Instance parse_instance(const SceneNode& node, const std::string& name, const Sc
   if (const auto* rotation = map.find("rotation")) instance.rotation_degrees = rotation->vector3();
   if (const auto* mirror = map.find("mirror")) instance.mirror = mirror->one_of<std::string>({{"x", "x"}, {"y", "y"}, {"z", "z"}});
   if (const auto* velocity = map.find("velocity")) instance.velocity = velocity->vector3();
+  if (const auto* damping = map.find("damping")) {
+    instance.damping = parse_modal_damping(*damping);
+    if (instance.as == InstanceKind::mesh)
+      damping->fail("goes with as: superelement: a mesh has no modes: give its material damping: {alpha: ..., beta: ...}");
+  }
   return instance;
 }
 
@@ -209,7 +248,14 @@ std::filesystem::path resolve_path(const SceneNode& node, const std::filesystem:
 
 void parse_materials(const SceneNode& node, Scene& scene) {
   const SceneMap map = node.map_of_any();
-  for (const auto& [name, value] : map.entries()) scene.materials[name] = parse_material(value);
+  for (const auto& [name, value] : map.entries()) {
+    scene.materials[name] = parse_material(value);
+    const SceneMap keys = value.map_of_any();
+    if (const auto* damping = keys.find("damping")) {
+      const MaterialDamping of = parse_material_damping(*damping);
+      if (of != MaterialDamping()) scene.damping[name] = of;
+    }
+  }
 }
 
 // One name for one file, whatever links lead to it.

@@ -20,27 +20,18 @@ std::array<bool, 3> parse_axes(const SceneNode& node) {
   return axes;
 }
 
-History parse_history(const SceneNode& node) {
-  const SceneMap map = node.map({"time", "value"});
-  History history{map.at("time").numbers(), map.at("value").numbers()};
-  if (history.time.empty()) map.at("time").fail("is empty, expected at least one time");
-  if (history.time.size() != history.value.size()) {
-    map.at("value").fail("has " + std::to_string(history.value.size()) +
-                         " entries, expected as many as 'time' has: " + std::to_string(history.time.size()));
-  }
-  for (std::size_t i = 1; i < history.time.size(); ++i) {
-    if (history.time[i] <= history.time[i - 1]) map.at("time").list()[i].fail("not above the time before it, times must ascend");
-  }
-  return history;
-}
-
-Load parse_load(const SceneNode& node, const Scene& scene, const SceneNames& names) {
-  const SceneMap map = node.map({"instance", "surface", "traction", "force", "gravity", "history"});
+Load parse_load(const SceneNode& node, const std::filesystem::path& folder, const Scene& scene, const SceneNames& names) {
+  const SceneMap map = node.map({"instance", "surface", "traction", "force", "pressure", "gravity", "history"});
   Load load;
   load.source = node.source();
-  const std::string kind = map.exactly_one({"traction", "force", "gravity"});
-  load.value = map.at(kind).vector3();
-  load.kind = kind == "traction" ? Load::Kind::traction : kind == "force" ? Load::Kind::force : Load::Kind::gravity;
+  const std::string kind = map.exactly_one({"traction", "force", "pressure", "gravity"});
+  if (kind == "pressure") {
+    load.kind = Load::Kind::pressure;
+    load.value = Vector3(map.at(kind).number(), 0, 0);
+  } else {
+    load.value = map.at(kind).vector3();
+    load.kind = kind == "traction" ? Load::Kind::traction : kind == "force" ? Load::Kind::force : Load::Kind::gravity;
+  }
   if (load.kind == Load::Kind::gravity) {
     for (const char* key : {"instance", "surface"}) {
       if (const auto* value = map.find(key)) value->fail(std::string("gravity acts on everything, remove '") + key + "'");
@@ -49,7 +40,7 @@ Load parse_load(const SceneNode& node, const Scene& scene, const SceneNames& nam
     load.instance = parse_instance_name(map.at("instance"), scene, names);
     load.surface = map.at("surface").text();
   }
-  if (const auto* history = map.find("history")) load.history = parse_history(*history);
+  if (const auto* history = map.find("history")) load.history = parse_history(*history, folder, scene);
   return load;
 }
 
@@ -123,8 +114,8 @@ void parse_boundary(const SceneNode& node, const SceneNames& names, Scene& scene
   });
 }
 
-void parse_loads(const SceneNode& node, const SceneNames& names, Scene& scene) {
-  node.for_each_item([&](const SceneNode& item) { scene.loads.push_back(parse_load(item, scene, names)); });
+void parse_loads(const SceneNode& node, const std::filesystem::path& folder, const SceneNames& names, Scene& scene) {
+  node.for_each_item([&](const SceneNode& item) { scene.loads.push_back(parse_load(item, folder, scene, names)); });
 }
 
 void parse_time(const SceneNode& node, Scene& scene) {

@@ -125,6 +125,11 @@ void write_instance(const Instance& instance, std::ostream& out) {
   map.add("component", word(instance.component)).add("as", word_of(instance_words, instance.as));
   map.add("position", vector(instance.position)).add("rotation", vector(instance.rotation_degrees));
   map.add_if(!instance.mirror.empty(), "mirror", instance.mirror).add("velocity", vector(instance.velocity));
+  if (!instance.damping.empty()) {
+    FlowMap damping;
+    damping.add("frequency_hz", numbers(instance.damping.frequency_hz)).add("ratio", numbers(instance.damping.ratio));
+    map.add("damping", damping.text());
+  }
   out << "  " << word(instance.name) << ": " << map.text() << "\n";
 }
 
@@ -148,7 +153,11 @@ std::string load_text(const Load& load) {
   FlowMap map;
   const bool is_gravity = load.kind == Load::Kind::gravity;
   if (!is_gravity) map.add("instance", word(load.instance)).add("surface", word(load.surface));
-  map.add(is_gravity ? "gravity" : load.kind == Load::Kind::force ? "force" : "traction", vector(load.value));
+  if (load.kind == Load::Kind::pressure) {
+    map.add("pressure", number_text(load.value[0]));
+  } else {
+    map.add(is_gravity ? "gravity" : load.kind == Load::Kind::force ? "force" : "traction", vector(load.value));
+  }
   if (!load.history.time.empty()) {
     map.add("history", FlowMap().add("time", numbers(load.history.time)).add("value", numbers(load.history.value)).text());
   }
@@ -210,7 +219,13 @@ void write_scene(const Scene& scene, std::ostream& out) {
   for (const auto& [material_name, material] : scene.materials) {
     FlowMap map;
     map.add("youngs_modulus", number_text(material.youngs_modulus)).add("poissons_ratio", number_text(material.poissons_ratio));
-    out << "  " << word(material_name) << ": " << map.add("density", number_text(material.density)).text() << "\n";
+    map.add("density", number_text(material.density));
+    if (const auto damping = scene.damping.find(material_name); damping != scene.damping.end()) {
+      FlowMap of;
+      of.add("alpha", number_text(damping->second.alpha)).add("beta", number_text(damping->second.beta));
+      map.add("damping", of.add("loss_factor", number_text(damping->second.loss_factor)).text());
+    }
+    out << "  " << word(material_name) << ": " << map.text() << "\n";
   }
   out << "components:\n";
   for (const auto& [component_name, component] : scene.components) write_component(component, out);

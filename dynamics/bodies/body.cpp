@@ -32,6 +32,11 @@ void Body::add_modal_force(const Vector&, const LoadHistory&) {
       "the faces into the interface");
 }
 
+void Body::damp(const Damping&) {
+  throw InputError("instance '" + name() +
+                   "': damping cannot be had with time.mass_scaling: leave one of the two out");
+}
+
 void Body::scale(double) { assert(false && "only where can_scale()"); }
 
 NodeResponse Body::velocity_response(Index) const {

@@ -7,6 +7,7 @@
 
 #include "common/scene.hpp"
 #include "common/types.hpp"
+#include "dynamics/bodies/damping.hpp"
 #include "dynamics/bodies/load_history.hpp"
 #include "dynamics/contact/motion_bound.hpp"
 #include "dynamics/contact/node_response.hpp"
@@ -27,6 +28,7 @@ struct BodyState {
 // Work done on a body since the start of the run; kinetic + strain energy changes by their sum, to round-off.
 struct BodyWork {
   double external = 0, contact = 0, friction = 0;
+  double damping = 0;    // of the material's and the modes' damping: never above 0 but for changes of the step
   double numerical = 0;  // what the integrator takes or gives by itself: HHT-alpha's damping, central differences' changes of step
 };
 
@@ -57,6 +59,9 @@ class Body {
   // mode above `clip` (rad/s) that frequency by scaling its modal mass; statics, rigid motion and all other modes stay as they are.
   virtual bool can_scale() const { return false; }
   virtual void scale(double clip);
+
+  // Once, before track(), loads and the first predict(). InputError: damping that this body does not have.
+  virtual void damp(const Damping& damping);
 
   virtual const Points& reference_positions() const = 0;  // n_nodes x 3, scene axes, undeformed
   Index n_nodes() const { return reference_positions().rows(); }

@@ -12,5 +12,7 @@ namespace cbr {
 // stiffness smaller by the gain for all that contact sees, so that energies are weighed by its inverse
 // (docs/theory.md, "Compliance that lasts").
 Vector contact_gain(const Vector& omega, double h);
+// The same of damped modes, (P1 (1 - G') + G^2) / G of damped_step(): of no damping tan x / x too. The first n_rigid have gain 1.
+Vector contact_gain(const Vector& omega, const Vector& damping, Index n_rigid, double h);
 
 }  // namespace cbr

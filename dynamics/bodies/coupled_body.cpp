@@ -63,7 +63,7 @@ void CoupledBody::predict_central(double h) {
     load(t_, F);
     F -= stiffness_force();
   }
-  if (last_h_ == 0) {
+  if (last_h_ == 0 && !is_damped()) {
     // The half kick back is booked as work of the loads, so that the energy balance starts from the given velocity.
     v_end_ = F;
     system_->factor(0).solve(v_end_);
@@ -72,6 +72,7 @@ void CoupledBody::predict_central(double h) {
     v_ -= 0.5 * h * v_end_;
     last_h_ = h;
   }
+  if (is_damped()) return predict_central_damped();
   p_end_ = p_ + 0.5 * (last_h_ + h) * F;
   v_end_ = p_end_;
   system_->factor(0).solve(v_end_);
@@ -82,6 +83,7 @@ void CoupledBody::predict_central(double h) {
 //   (M + theta K) d = h p_0 + h^2 ((1/2 - beta) M a_0 + beta e).
 // The small move, not the end, is solved for: stiff modes then lose no digits.
 void CoupledBody::predict_newmark(double h) {
+  if (is_damped()) return predict_newmark_damped(h);
   const double alpha = newmark_.alpha, beta = newmark_.beta();
   if (!started_) {
     load(t_, f0_);
@@ -121,6 +123,7 @@ void CoupledBody::add_impulses(Index set, const Points& impulses, ImpulseKind ki
   kick_ += dp;
   kicked_ = true;
   system_->factor(theta(h_)).solve(dp);
+  if (is_damped()) dp /= mass_factor(h_);
   if (scheme_ == Scheme::central_difference) {
     v_end_ += dp;
     u_end_ += h_ * dp;
@@ -131,7 +134,7 @@ void CoupledBody::add_impulses(Index set, const Points& impulses, ImpulseKind ki
 }
 
 Vector3 CoupledBody::add_velocities(Index set, const Points& velocities, const Vector3& momentum) {
-  assert(scheme_ == Scheme::central_difference);
+  assert(scheme_ == Scheme::central_difference && !is_damped());
   const auto& nodes = sets_[set];
   const Index n_modal = system_->n_modal();
   const auto MR = system_->rigid_momentum().leftCols(3);
@@ -180,7 +183,8 @@ void CoupledBody::accept_central() {
   }
   // Its energy holds a term -h/2 v . K u: a change of h brings (h - h-)/4 K u . (v+ - v-).
   if (h_ != last_h_) work_.numerical += 0.25 * (h_ - last_h_) * stiffness_force().dot(v_end_ - v_);
-  if (kicked_) p_end_ += kick_;
+  if (is_damped()) book_central_damping();
+  if (kicked_) p_end_ += is_damped() ? Vector(kick_ / mass_factor(h_)) : kick_;
   if (velocity_kicked_) p_end_ += velocity_kick_;
   last_h_ = h_;
   p_.swap(p_end_);
@@ -190,6 +194,7 @@ void CoupledBody::accept_central() {
 // What belongs to the end follows from the move that contact has left: F_1 = f_1 - K u_1, M a_1 = (1 + alpha) F_1 - alpha F_0 and
 // p_1 = p_0 + h ((1 - gamma) M a_0 + gamma M a_1) + the impulses, which are no part of a (newmark.hpp).
 void CoupledBody::accept_newmark() {
+  if (is_damped()) return accept_newmark_damped();
   const double alpha = newmark_.alpha, gamma = newmark_.gamma();
   if (kicked_) {
     v_now_ = move_ / h_;
@@ -279,6 +284,12 @@ void CoupledBody::add_end_impulses(Index set, const Points& impulses, ImpulseKin
   work += 0.5 * kick_.dot(dv);
   (kind == ImpulseKind::friction ? work_.friction : work_.contact) += work;
   v_now_ += dv;
+  if (is_damped()) {
+    damping_force(kick_, dv, damping_room_);
+    Ma_ -= damping_room_;
+    Cv_ += damping_room_;
+    v_ += dv;
+  }
 }
 
 std::unique_ptr<Body> coupled_body(std::string name, std::shared_ptr<const CoupledModel> model, const Placement& placement,

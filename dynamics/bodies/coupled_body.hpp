@@ -26,9 +26,15 @@ class CoupledBody final : public Body {
 
   const std::string& name() const override { return name_; }
   Index n_dofs() const override { return system_->n_free(); }
-  double largest_frequency() const override { return system_->largest_frequency(); }
+  // Under newmark, where no step depends on it, without damping.
+  double largest_frequency() const override {
+    return critical_frequency(system_->largest_frequency(), scheme_ == Scheme::newmark ? 0 : damping_.beta);
+  }
   Scheme scheme() const override { return scheme_; }
   const Points& reference_positions() const override { return X_; }
+
+  // Rayleigh's. InputError: damping of modes.
+  void damp(const Damping& damping) override;
 
   Index track(const std::vector<Index>& nodes) override;
   void positions(Index set, Points& x) const override;
@@ -69,7 +75,22 @@ class CoupledBody final : public Body {
     ImpulseKind kind;
   };
 
-  double theta(double h) const { return scheme_ == Scheme::newmark ? newmark_.stiffness_factor(h) : 0; }
+  bool is_damped() const { return damping_ != MaterialDamping(); }
+  // Of the matrix whose inverse answers impulses, mass_factor (M + theta K): of damped bodies C adds to both.
+  double theta(double h) const {
+    if (scheme_ != Scheme::newmark) return 0;
+    const double theta = newmark_.stiffness_factor(h);
+    return is_damped() ? theta * (1 + 2 * damping_.beta / h) / mass_factor(h) : theta;
+  }
+  double mass_factor(double h) const {
+    if (scheme_ != Scheme::newmark) return 1 + 0.5 * h * damping_.alpha;
+    return 1 + 2 * newmark_.stiffness_factor(h) * damping_.alpha / h;
+  }
+  void damping_force(const Vector& p, const Vector& v, Vector& f) const;
+  void predict_central_damped();
+  void predict_newmark_damped(double h);
+  void accept_newmark_damped();
+  void book_central_damping();
   auto displacement(const Vector& u, Index node) const { return u.segment<3>(system_->n_modal() + 3 * node); }
   void gather(const Vector& u, const std::vector<Index>& nodes, Points& x) const;
   NodeResponse mass_response(const std::vector<Index>& nodes, double weight) const;  // weight G M^-1 G^T
@@ -106,6 +127,10 @@ class CoupledBody final : public Body {
   // HHT-alpha: what its accounts need of the step before
   Vector a_, last_change_of_Ku_, last_change_of_f_;
   double a0_Ma0_ = 0;
+  MaterialDamping damping_;
+  // Damped: C v at the start of the step (newmark), beta K v- (central differences), and a workspace
+  Vector Cv_;
+  mutable Vector damping_room_;
   mutable Vector work_vector_, Ku_, v_now_;
   mutable bool Ku_is_current_ = false, v_now_is_current_ = false;
   bool started_ = false, arrived_ = false;  // arrived_: the end of the step is known, impulses included

@@ -57,6 +57,10 @@ const Vector& CoupledBody::present_velocities() const {
     if (scheme_ == Scheme::central_difference) {
       load(t_, work_vector_);
       v_now_ += 0.5 * last_h_ * (work_vector_ - stiffness_force());
+      if (is_damped()) {
+        damping_force(Vector::Zero(v_.size()), v_, damping_room_);  // beta K v- alone
+        v_now_ = (v_now_ - 0.5 * last_h_ * damping_room_) / (1 + 0.5 * last_h_ * damping_.alpha);
+      }
     }
     system_->factor(0).solve(v_now_);
   }
@@ -83,9 +87,9 @@ NodeResponse CoupledBody::mass_response(const std::vector<Index>& nodes, double 
 
 // h M^-1, or h / 2 A^-1 (newmark.hpp).
 NodeResponse CoupledBody::response(Index set, double h) const {
-  if (scheme_ == Scheme::central_difference) return mass_response(sets_[set], h);
+  if (scheme_ == Scheme::central_difference) return mass_response(sets_[set], h / mass_factor(h));
   NodeResponse response;
-  response.set_block(0.5 * h * system_->nodal_inverse(theta(h), sets_[set], placement_.T));
+  response.set_block(0.5 * h / mass_factor(h) * system_->nodal_inverse(theta(h), sets_[set], placement_.T));
   return response;
 }
 

@@ -159,9 +159,20 @@ std::shared_ptr<const IndexTable> FormCache::row_table(const Superelement& super
 
 std::shared_ptr<const ModalPropagator> FormCache::propagator(const Vector& omega, double h, bool with_loads) {
   for (const auto& known : propagators_)
-    if (known->h == h && (!with_loads || known->a0.size() == omega.size())) return known;
+    if (known->h == h && known->damping == 0 && (!with_loads || known->a0.size() == omega.size())) return known;
   if (propagators_.size() == most_propagators) propagators_.erase(propagators_.begin());
   propagators_.push_back(std::make_shared<const ModalPropagator>(modal_propagator(omega, h, with_loads)));
+  return propagators_.back();
+}
+
+std::shared_ptr<const ModalPropagator> FormCache::propagator(const Vector& omega, const ModalRates& damping, double h,
+                                                             bool with_loads) {
+  for (const auto& known : propagators_)
+    if (known->h == h && known->damping == damping.hash && (!with_loads || known->a0.size() == omega.size())) return known;
+  if (propagators_.size() == most_propagators) propagators_.erase(propagators_.begin());
+  ModalPropagator made = damped_propagator(omega, damping.c, h, with_loads);
+  made.damping = damping.hash;
+  propagators_.push_back(std::make_shared<const ModalPropagator>(std::move(made)));
   return propagators_.back();
 }
 

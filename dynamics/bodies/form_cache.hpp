@@ -11,6 +11,7 @@
 #include "common/row_matrix.hpp"
 #include "common/superelement.hpp"
 #include "common/types.hpp"
+#include "dynamics/bodies/damping.hpp"
 #include "dynamics/bodies/modal_propagator.hpp"
 
 namespace cbr {
@@ -21,6 +22,7 @@ struct ResponseOf {
   enum class Weight : char { exact, central, newmark, velocity } weight = Weight::exact;
   double h = 0, theta = 0;
   double contact_step = 0;  // with the contact_gain() of this step; 0: without
+  std::size_t damping = 0;  // Damping's hash of the rates; 0: without
   bool operator==(const ResponseOf&) const = default;
 };
 
@@ -82,6 +84,8 @@ class FormCache {
   // Mean over the nodes of V_c^T   (n x 3)
   std::shared_ptr<const Matrix> mean_rows(const RowMatrix& V, const IndexTable& row, const std::vector<Index>& nodes);
   std::shared_ptr<const ModalPropagator> propagator(const Vector& omega, double h, bool with_loads);
+  // The same with damping; `damping` has the rates and their hash, which tells them from others'.
+  std::shared_ptr<const ModalPropagator> propagator(const Vector& omega, const ModalRates& damping, double h, bool with_loads);
   // displacement_rows() of the superelement that the form belongs to.
   std::shared_ptr<const IndexTable> row_table(const Superelement& superelement);
 

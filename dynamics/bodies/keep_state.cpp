@@ -14,7 +14,7 @@ void keep_state(StateArchive& archive, BodyState& state) {
   archive(state.rotation, state.scaled_energy);
 }
 
-void keep_state(StateArchive& archive, BodyWork& work) { archive(work.external, work.contact, work.friction, work.numerical); }
+void keep_state(StateArchive& archive, BodyWork& work) { archive(work.external, work.contact, work.friction, work.damping, work.numerical); }
 
 void SuperelementBody::keep_state(StateArchive& archive) {
   archive.expect(eta_.size());
@@ -55,6 +55,7 @@ void CoupledBody::keep_state(StateArchive& archive) {
   archive.expect(u_.size());
   archive(u_, p_, v_, t_, last_h_, work_);
   archive(started_, arrived_, F_, Ma_, f0_, a_, last_change_of_Ku_, last_change_of_f_, a0_Ma0_);
+  archive(Cv_);
   if (archive.restores()) Ku_is_current_ = v_now_is_current_ = false;
 }
 

@@ -214,8 +214,8 @@ const Field& MeshBody::present_velocities() const {
   if (v_now_is_current_) return v_now_;
   v_now_ = v_;
   if (last_h_ > 0) {
-    total_accelerations(v_now_);
-    v_now_ = v_ + 0.5 * last_h_ * v_now_;
+    damped_accelerations(v_now_);
+    v_now_ = kick_share(last_h_) * (v_ + 0.5 * last_h_ * v_now_);
   }
   v_now_is_current_ = true;
   return v_now_;
@@ -233,6 +233,12 @@ void MeshBody::start(double h) {
   total_accelerations(back);
   back = v_ - 0.5 * h * back;
   work_.external += 0.5 * (scalar_product(back, back) - scalar_product(v_, v_));
+  if (is_damped()) {
+    const double without = scalar_product(back, back);
+    damped_accelerations(back);
+    back = v_ - 0.5 * h * (back - damping_.alpha * v_);
+    work_.damping += 0.5 * (scalar_product(back, back) - without);
+  }
   v_ = back;
   last_h_ = h;
 }
@@ -255,6 +261,43 @@ void MeshBody::leap(double s, double h) {
   for (const HeldDirection& held : held_) u_end_.row(held.node) = u_.row(held.node) + h * v_.row(held.node);
 }
 
+void MeshBody::damp(const Damping& damping) {
+  if (damping.needs_modes())
+    throw InputError("instance '" + name_ +
+                     "': loss_factor and damping of modes cannot be had with as: mesh: give its material damping: {alpha, beta}, or "
+                     "use as: superelement");
+  damping_ = damping.material;
+}
+
+// M^-1 (f - K u - beta K v-): the stiffness part of the damping is half a step late.
+void MeshBody::damped_accelerations(Field& a) const {
+  if (damping_.beta == 0) return total_accelerations(a);
+  Kv_.resize(u_.rows(), 3);
+  internal_forces(v_, Kv_);
+  Field force = -internal_forces() - damping_.beta * Kv_;
+  if (!loads_.empty()) {
+    load(t_, load_);
+    force += load_;
+  }
+  accelerations(force, a);
+}
+
+// (1 + alpha h / 2) v+ = (1 - alpha h- / 2) v- + s M^-1 (f - K u - beta K v-),  u_end = u + h v+.
+void MeshBody::leap_damped(double s, double h) {
+  v_old_ = v_;
+  damped_accelerations(u_end_);
+  v_ = kick_share(h) * ((1 - 0.5 * last_h_ * damping_.alpha) * v_ + s * u_end_);
+  u_end_ = u_ + h * v_;
+}
+
+// (v- + v+) / 2 times the damping's impulse  -alpha / 2 M (h- v- + h v+) - s beta K v-.
+double MeshBody::damping_work() const {
+  const Field mean = 0.5 * (v_old_ + v_);
+  double work = -0.5 * damping_.alpha * scalar_product(mean, last_h_ * v_old_ + h_ * v_);
+  if (damping_.beta > 0) work -= 0.5 * (last_h_ + h_) * damping_.beta * flat(mean).dot(flat(Kv_));
+  return work;
+}
+
 void MeshBody::predict(double t, double h) {
   t_ = t, h_ = h;
   if (last_h_ == 0) start(h);
@@ -266,7 +309,9 @@ void MeshBody::predict(double t, double h) {
     load(t_, load_);
     work_.external += 0.5 * s * flat(load_).dot(flat(v_));  // the other half in accept()
   }
-  if (consistent()) {
+  if (is_damped()) {
+    leap_damped(s, h);
+  } else if (consistent()) {
     total_accelerations(u_end_);
     v_ += s * u_end_;
     u_end_ = u_ + h * v_;
@@ -282,6 +327,7 @@ void MeshBody::add_impulses(Index set, const Points& impulses, ImpulseKind kind)
     Field change = Field::Zero(u_.rows(), 3);
     for (Index i = 0; i < impulses.rows(); ++i) change.row(rows[i]) += impulses.row(i) * placement_.T;
     accelerations(Field(change), change);
+    if (is_damped()) change *= kick_share(h_);
     v_ += change;
     u_end_ += h_ * change;
   }
@@ -292,6 +338,7 @@ void MeshBody::add_impulses(Index set, const Points& impulses, ImpulseKind kind)
     kicks_.push_back({row, p, v_before_[set].row(i).transpose(), kind});
     if (consistent()) continue;
     Vector3 dv = p / model_->mass[row];
+    if (is_damped()) dv *= kick_share(h_);
     for (const HeldDirection& h : held_of(row)) dv -= dv.dot(h.direction) * h.direction;
     v_.row(row) += dv.transpose();
     u_end_.row(row) += h_ * dv.transpose();
@@ -313,6 +360,7 @@ void MeshBody::accept() {
     (kick.kind == ImpulseKind::friction ? work_.friction : work_.contact) += work;
   }
   if (!loads_.empty()) work_.external += 0.25 * (last_h_ + h_) * flat(load_).dot(flat(v_));
+  if (is_damped()) work_.damping += damping_work();
   // Its energy holds a term -h/2 v . K u: a change of h brings (h - h-)/4 K u . (v+ - v-).
   if (h_ != last_h_) work_.numerical += 0.25 * (h_ - last_h_) * (scalar_product_of_forces(v_) - Ku_v_before_);
   last_h_ = h_;

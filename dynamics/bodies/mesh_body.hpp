@@ -50,9 +50,12 @@ class MeshBody final : public Body {
 
   const std::string& name() const override { return name_; }
   Index n_dofs() const override { return 3 * model_->mass.size() - static_cast<Index>(held_.size()); }
-  double largest_frequency() const override { return largest_frequency_; }
+  double largest_frequency() const override { return critical_frequency(largest_frequency_, damping_.beta); }
   Scheme scheme() const override { return Scheme::central_difference; }
   const Points& reference_positions() const override { return X_; }
+
+  // Rayleigh's. InputError: damping of modes.
+  void damp(const Damping& damping) override;
 
   Index track(const std::vector<Index>& nodes) override;
   void positions(Index set, Points& x) const override;
@@ -107,6 +110,12 @@ class MeshBody final : public Body {
   const Field& present_velocities() const;                // at the time of u_, in component axes
   void start(double h);
   void leap(double s, double h);
+  bool is_damped() const { return damping_ != MaterialDamping(); }
+  // What an impulse leaves in the velocity in the middle of the step h: the rest goes to damping.
+  double kick_share(double h) const { return 1 / (1 + 0.5 * h * damping_.alpha); }
+  void damped_accelerations(Field& a) const;
+  void leap_damped(double s, double h);
+  double damping_work() const;
   std::span<const HeldDirection> held_of(Index row) const;
   void gather(const Field& u, const std::vector<Index>& rows, Points& x) const;
   double scalar_product(const Field& v, const Field& w) const;  // v . M w
@@ -132,6 +141,10 @@ class MeshBody final : public Body {
   mutable bool Ku_is_current_ = false, v_now_is_current_ = false;
   std::vector<Kick> kicks_;  // of this step
   double t_ = 0, h_ = 0, last_h_ = 0;
+  MaterialDamping damping_;
+  // Damped, from predict() to accept(): v- and K v-
+  Field v_old_;
+  mutable Field Kv_;
   double Ku_v_before_ = 0;  // K u . v- of a step of another length than the last
   BodyWork work_;
 };

@@ -89,12 +89,13 @@ MeshModel mesh_model(const FiniteElementModel& model, const Points& coordinates,
 NodeResponse MeshBody::response(Index set, double h) const {
   const auto& nodes = sets_[set];
   const Index m = static_cast<Index>(nodes.size());
+  const double push = h * kick_share(h);
   NodeResponse response;
   if (!consistent()) {
     bool any_held = false;
     response.diagonal.resize(3 * m);
     for (Index i = 0; i < m; ++i) {
-      response.diagonal.segment<3>(3 * i).setConstant(h / model_->mass[nodes[i]]);
+      response.diagonal.segment<3>(3 * i).setConstant(push / model_->mass[nodes[i]]);
       any_held |= !held_of(nodes[i]).empty();
     }
     if (!any_held) return response;
@@ -106,11 +107,11 @@ NodeResponse MeshBody::response(Index set, double h) const {
     force.row(nodes[j / 3]) = placement_.T.row(j % 3);
     if (consistent()) {
       accelerations(force, a);
-      for (Index i = 0; i < m; ++i) S.col(j).segment<3>(3 * i) = h * (placement_.T * a.row(nodes[i]).transpose());
+      for (Index i = 0; i < m; ++i) S.col(j).segment<3>(3 * i) = push * (placement_.T * a.row(nodes[i]).transpose());
     } else {
       Vector3 local = force.row(nodes[j / 3]).transpose() / model_->mass[nodes[j / 3]];
       for (const HeldDirection& held : held_of(nodes[j / 3])) local -= local.dot(held.direction) * held.direction;
-      S.col(j).segment<3>(3 * (j / 3)) = h * (placement_.T * local);
+      S.col(j).segment<3>(3 * (j / 3)) = push * (placement_.T * local);
     }
     force.row(nodes[j / 3]).setZero();
   }

@@ -14,7 +14,24 @@ struct ModalPropagator {
   Vector c, s;                    // cos x, sin(x)/omega (h for a rigid mode)
   Vector t, sign;                 // omega tan(y / 2), +1 for y = x; where cos x < 0 y = x - pi, and -1
   Vector a0, a1, b0, b1, i0, i1;  // load terms; empty unless asked for
+  // With damping eta'' + c eta' + omega^2 eta = f, else empty (then t and sign are):
+  //   eta(h) = c eta0 + s v0 + ...,   v(h) = back eta0 + stay v0 + ...,   integral = j0 eta0 + j1 v0 + ...
+  Vector back, stay, j0, j1;
+  std::size_t damping = 0;  // hash of the rates; 0: without
+  bool is_damped() const { return stay.size() > 0; }
+  // v(h) of a unit velocity at the start.
+  const Vector& velocity_left() const { return is_damped() ? stay : c; }
 };
+
+// G(1) of g'' + d g' + x^2 g = 0, g(0) = 0, g'(0) = 1, its slope, and G integrated once, twice and three times from 0 to 1:
+// what all coefficients of a damped step are made of, under, at and above critical damping. x, d >= 0.
+struct DampedStep {
+  double G, slope, P1, P2, P3;
+};
+DampedStep damped_step(double x, double d);
+
+// damping: n, 1/s, >= 0.
+ModalPropagator damped_propagator(const Vector& omega, const Vector& damping, double h, bool with_loads);
 
 // omega: n, rad/s, >= 0. No cancellation for small omega h: power series below x = 1.
 ModalPropagator modal_propagator(const Vector& omega, double h, bool with_loads);

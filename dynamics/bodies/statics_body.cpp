@@ -277,6 +277,7 @@ BodyWork StaticsBody::work() const {
   work.external += work_.external;
   work.contact += work_.contact;
   work.friction += work_.friction;
+  work.damping += work_.damping;
   return work;
 }
 

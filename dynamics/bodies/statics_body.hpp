@@ -32,6 +32,9 @@ class StaticsBody final : public Body {
   void set_contact_step(double h) override { modal_.set_contact_step(h); }
   const Points& reference_positions() const override { return modal_.reference_positions(); }
 
+  // Of the modes: statics follow forces at once, without damping.
+  void damp(const Damping& damping) override { modal_.damp(damping); }
+
   Index track(const std::vector<Index>& nodes) override;
   void positions(Index set, Points& x) const override;
   void predicted_positions(Index set, Points& x) const override;

@@ -73,7 +73,7 @@ void SuperelementBody::load_amplitudes(double t, Vector& f) const {
 const ModalPropagator& SuperelementBody::propagator(double h) const {
   if (regular_ && regular_->h == h) return *regular_;
   std::swap(regular_, other_);
-  if (!regular_ || regular_->h != h) regular_ = form_->shared.propagator(form_->omega, h, !loads_.empty());
+  if (!regular_ || regular_->h != h) regular_ = make_propagator(h);
   return *regular_;
 }
 
@@ -82,7 +82,9 @@ void SuperelementBody::propagate(const Vector& eta, const Vector& v, Vector& eta
   if (loads_.empty()) return propagate_free(propagator(h_), eta, v, eta_end, v_end);
   eta_end = eta, v_end = v;
   breakpoints_.cut(t_, h_, [&](double from, double to, bool whole) {
-    const ModalPropagator shorter = whole ? ModalPropagator{} : modal_propagator(form_->omega, to - from, true);
+    const ModalPropagator shorter = whole         ? ModalPropagator{}
+                                    : is_damped() ? damped_propagator(form_->omega, damping_.c, to - from, true)
+                                                  : modal_propagator(form_->omega, to - from, true);
     const ModalPropagator& step = whole ? propagator(h_) : shorter;
     work_eta_ = eta_end, work_v_ = v_end;
     load_amplitudes(from, f0_);
@@ -96,6 +98,7 @@ void SuperelementBody::propagate(const Vector& eta, const Vector& v, Vector& eta
 // Leapfrog: v+ = v- + (h- + h)/2 (f - omega^2 eta), eta+ = eta + h v+. At the start v- is half a step before t = 0.
 void SuperelementBody::predict_central(double h) {
   load_amplitudes(t_, f_);
+  if (is_damped()) return predict_central_damped();
   v_end_ = f_ - form_->omega.cwiseAbs2().cwiseProduct(eta_);
   if (last_h_ == 0) {
     // The half kick back is booked as work of the loads, so that the energy balance starts from the given velocity.
@@ -110,7 +113,7 @@ void SuperelementBody::predict_central(double h) {
 void SuperelementBody::set_contact_step(double h) {
   if (!is_exact() || largest_frequency() * h > 2.1) return;  // above: forced steps
   contact_step_ = h;
-  gain_ = contact_gain(form_->omega, h);
+  gain_ = is_damped() ? contact_gain(form_->omega, damping_.c, form_->n_rigid, h) : contact_gain(form_->omega, h);
   weight_ = gain_.cwiseInverse();
 }
 
@@ -150,9 +153,13 @@ void SuperelementBody::add_impulses(Index set, const Points& impulses, ImpulseKi
   if (is_exact()) {
     const ModalPropagator& step = propagator(h_);
     eta_end_.array() += step.s.array() * f_.array();
-    v_end_.array() += step.c.array() * f_.array();
+    v_end_.array() += step.velocity_left().array() * f_.array();
   } else if (scheme_ == Scheme::newmark) {
     push_newmark(f_);
+  } else if (is_damped()) {
+    const Vector change = kicked_by(f_);
+    eta_end_ += h_ * change;
+    v_end_ += change;
   } else {
     eta_end_ += h_ * f_;
     v_end_ += f_;
@@ -170,7 +177,7 @@ void SuperelementBody::add_late(Index set, const Points& impulses, ImpulseKind k
 }
 
 Vector3 SuperelementBody::add_velocities(Index set, const Points& velocities, const Vector3& momentum) {
-  assert(scheme_ != Scheme::newmark && gain_.size() == 0);
+  assert(scheme_ != Scheme::newmark && gain_.size() == 0 && !is_damped());
   const Matrix3& T = placement_.T;
   const Matrix& B = velocity_map(*sets_[set].rows);
   // change = V^T M^ [0; dv]: V^-1 of a velocity of the interface dofs alone
@@ -217,7 +224,15 @@ void SuperelementBody::book_late_exact() {
 void SuperelementBody::accept_exact() {
   if (kicked_) work_.contact += energy_product(kick_, v_) + 0.5 * energy_product(kick_, kick_);
   if (rubbed_) book_friction(energy_product(friction_kick_, v_) + 0.5 * energy_product(friction_kick_, kick_));
-  if (!loads_.empty()) {
+  if (is_damped()) {
+    // Between the kicks energy changes by the loads' work and by what damping takes
+    if (kicked_) v_ += kick_;
+    double external = 0;
+    propagate(eta_, v_, eta_end_, v_end_, &external);
+    work_.external += external;
+    work_.damping += flow_energy(eta_end_, v_end_) - flow_energy(eta_, v_) - external;
+    if (late_end_kick_.size() > 0) v_end_ += late_end_kick_;
+  } else if (!loads_.empty()) {
     if (kicked_) v_ += kick_;
     propagate(eta_, v_, eta_end_, v_end_, &work_.external);
     if (late_end_kick_.size() > 0) v_end_ += late_end_kick_;
@@ -240,6 +255,7 @@ void SuperelementBody::accept_central() {
     work_.contact += 0.5 * (late_kick_ + late_end_kick_).dot(v_end_);
     book_friction(0.5 * (late_friction_ + late_end_friction_).dot(v_end_));
   }
+  if (is_damped()) work_.damping -= 0.25 * (damping_.c.array() * (last_h_ * v_ + h_ * v_end_).array()).matrix().dot(v_ + v_end_);
   // v- and v+ average: the work of the kick and of the load that the leapfrog's own energy answers to
   const double mean_h = 0.5 * (last_h_ + h_);
   if (kicked_) work_.contact += 0.5 * kick_.dot(v_ + v_end_);

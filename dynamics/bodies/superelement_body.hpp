@@ -37,11 +37,14 @@ class SuperelementBody final : public Body {
   Scheme scheme() const override { return scheme_; }
   const Points& reference_positions() const override { return X_; }
 
+  void damp(const Damping& damping) override;
+
   Index track(const std::vector<Index>& nodes) override;
   void positions(Index set, Points& x) const override;
   void predicted_positions(Index set, Points& x) const override;
   MotionBound motion_bound(Index set) const override;
   MotionBound quick_motion_bound(Index set) const override;
+  bool is_damped() const { return damping_.hash != 0; }
   bool at_rest() const override { return loads_.empty() && v_.isZero(0) && eta_.isZero(0); }
   Index track_mean(const std::vector<Index>& nodes) override;
   void mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
@@ -96,7 +99,13 @@ class SuperelementBody final : public Body {
   void load_amplitudes(double t, Vector& f) const;
   void propagate(const Vector& eta, const Vector& v, Vector& eta_end, Vector& v_end, double* external_work);
   void add_late(Index set, const Points& impulses, ImpulseKind kind);
+  double flow_energy(const Vector& eta, const Vector& v) const;
+  std::shared_ptr<const ModalPropagator> make_propagator(double h) const;
+  Vector kicked_by(const Vector& kick) const;
   void predict_central(double h);
+  void predict_central_damped();
+  void predict_newmark_damped(double h);
+  void accept_newmark_damped();
   const Vector& newmark_weight(double h) const;
   void predict_newmark(double h);
   void push_newmark(const Vector& kick);
@@ -123,6 +132,7 @@ class SuperelementBody final : public Body {
   LoadNumbers load_of_;
   Breakpoints breakpoints_;  // of all histories
 
+  ModalRates damping_;
   // Of contact impulses, and its inverse, which weighs energies; empty: 1
   Vector gain_, weight_;
   double contact_step_ = 0;

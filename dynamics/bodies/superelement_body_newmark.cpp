@@ -17,6 +17,8 @@ constexpr double stiff = 20;  // omega h of a mode whose rates are taken from it
 const Vector& SuperelementBody::newmark_weight(double h) const {
   if (newmark_h_ != h || newmark_weight_.size() != form_->omega.size()) {
     newmark_weight_ = h / (1 + newmark_.stiffness_factor(h) * form_->omega.array().square());
+    if (is_damped())
+      newmark_weight_ = h / (1 + newmark_.stiffness_factor(h) * (form_->omega.array().square() + 2 / h * damping_.c.array()));
     newmark_h_ = h;
     n_soft_ = std::upper_bound(form_->omega.begin(), form_->omega.end(), stiff / h) - form_->omega.begin();
   }
@@ -27,6 +29,7 @@ const Vector& SuperelementBody::newmark_weight(double h) const {
 // = (1 + alpha) f_1 - alpha f_0 - omega^2 eta_0:
 //   (1 + theta omega^2) d = h v_0 + h^2 ((1/2 - beta) a_0 + beta e).
 void SuperelementBody::predict_newmark(double h) {
+  if (is_damped()) return predict_newmark_damped(h);
   const auto omega2 = form_->omega.array().square();
   const double alpha = newmark_.alpha, beta = newmark_.beta();
   if (!started_) {
@@ -54,6 +57,7 @@ void SuperelementBody::push_newmark(const Vector& kick) {
 //   loads:   [eta] . (fbar - k ([f] - [f]_before)),   k = alpha (1/2 + alpha)
 //   scheme:  k omega^2 [eta] . ([eta] - [eta]_before) - alpha^2 h^2 / 4 (1/2 [a . a] - alpha [a] . [a]) - alpha^2 h / 4 p . [a].
 void SuperelementBody::accept_newmark() {
+  if (is_damped()) return accept_newmark_damped();
   const auto omega2 = form_->omega.array().square();
   const double alpha = newmark_.alpha, quarter = 0.25 * alpha * alpha * h_, k = alpha * (0.5 + alpha);
   if (kicked_) work_.contact += kick_.dot(d_) / h_;
@@ -123,6 +127,7 @@ void SuperelementBody::add_end_impulses(Index set, const Points& impulses, Impul
   const double work = f_.dot(v_end_) + 0.5 * f_.squaredNorm();
   (kind == ImpulseKind::friction ? work_.friction : work_.contact) += work;
   v_end_ += f_;
+  if (is_damped()) a_.array() -= damping_.c.array() * f_.array();
 }
 
 }  // namespace cbr

@@ -35,6 +35,7 @@ MotionBound SuperelementBody::bound(Index set, bool quick) const {
     spread = envelope.transpose() * amplitude;
     if (!loads_.empty()) growth = envelope.transpose() * rate;
   }
+  const bool slows = is_damped() && r > 0 && damping_.c.head(r).maxCoeff() > 0;  // between here and x + t v
   const bool swings = !quick && !amplitude.isZero(0);
   MotionBound bound;
   bound.lower = bound.lower_speed = Vector3::Constant(HUGE_VAL);
@@ -54,6 +55,7 @@ MotionBound SuperelementBody::bound(Index set, bool quick) const {
     const Vector3 x = T * u + s.X.row(i).transpose(), v = T * speed, w = T.cwiseAbs() * spread;
     bound.lower = bound.lower.cwiseMin(x - w), bound.upper = bound.upper.cwiseMax(x + w);
     bound.lower_speed = bound.lower_speed.cwiseMin(v), bound.upper_speed = bound.upper_speed.cwiseMax(v);
+    if (slows) bound.lower_speed = bound.lower_speed.cwiseMin(0), bound.upper_speed = bound.upper_speed.cwiseMax(0);
     bound.growth = bound.growth.cwiseMax(T.cwiseAbs() * growth);
     bound.acceleration = bound.acceleration.cwiseMax(T.cwiseAbs() * acceleration);
   }
@@ -72,7 +74,9 @@ ResponseOf SuperelementBody::response_of(double h, Vector& weight) const {
     weight = 0.5 * newmark_weight(h);
   } else {
     weight.setConstant(form_->omega.size(), h);
+    if (is_damped()) weight.array() /= 1 + 0.5 * h * damping_.c.array();
   }
+  of.damping = damping_.hash;
   return of;
 }
 
@@ -156,6 +160,7 @@ const Vector& SuperelementBody::present_rates() const {
   if (scheme_ != Scheme::central_difference) return v_;
   load_amplitudes(t_, rates_);
   rates_ = v_ + 0.5 * last_h_ * (rates_ - form_->omega.cwiseAbs2().cwiseProduct(eta_));
+  if (is_damped()) rates_.array() /= 1 + 0.5 * last_h_ * damping_.c.array();
   return rates_;
 }
 

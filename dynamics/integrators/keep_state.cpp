@@ -78,7 +78,7 @@ static void keep_state(StateArchive& archive, WorkCounts& work) {
 static void keep_state(StateArchive& archive, RunResult& result) {
   archive.expect(static_cast<Index>(result.monitors.size()));
   archive(result.time, result.monitors, result.bodies, result.pairs);
-  archive(result.total, result.work_external, result.work_contact, result.work_friction, result.work_numerical, result.active);
+  archive(result.total, result.work_external, result.work_contact, result.work_friction, result.work_damping, result.work_numerical, result.active);
   archive(result.steps, result.jumps, result.contact_steps, result.contact_rows, result.scaled_energy_share, result.work);
   archive(result.largest_rotation);
 }

@@ -106,7 +106,7 @@ void Recorder::record_monitors(double interval, ContactState& state) {
 }
 
 void Recorder::record_energy(const std::vector<char>& resting) {
-  double total = 0, scaled = 0, external = 0, contact = 0, friction = 0, numerical = 0;
+  double total = 0, scaled = 0, external = 0, contact = 0, friction = 0, damping = 0, numerical = 0;
   for (std::size_t b = 0; b < sim_.bodies.size(); ++b) {
     if (!resting[b] || result_.time.size() == 1) last_[b] = sim_.bodies[b]->state(), work_[b] = sim_.bodies[b]->work();
     const BodyState& now = last_[b];
@@ -119,7 +119,7 @@ void Recorder::record_energy(const std::vector<char>& resting) {
     series.strain_energy.push_back(now.strain_energy);
     total += now.kinetic_energy + now.strain_energy;
     scaled += now.scaled_energy;
-    external += work.external, contact += work.contact, friction += work.friction, numerical += work.numerical;
+    external += work.external, contact += work.contact, friction += work.friction, damping += work.damping, numerical += work.numerical;
     result_.largest_rotation = std::max(result_.largest_rotation, now.rotation);
     series.rotation = std::max(series.rotation, now.rotation);
     if (now.rotation > small_rotation && !series.turned_at) series.turned_at = result_.time.back();
@@ -129,6 +129,7 @@ void Recorder::record_energy(const std::vector<char>& resting) {
   result_.work_external.push_back(external);
   result_.work_contact.push_back(contact);
   result_.work_friction.push_back(friction);
+  result_.work_damping.push_back(damping);
   result_.work_numerical.push_back(numerical);
 }
 
@@ -142,7 +143,8 @@ void Recorder::check_finite(double t, const ContactOutcome& outcome) const {
   for (std::size_t m = 0; m < r.monitors.size(); ++m)
     if (!ends_finite(r.monitors[m])) where.push_back("surface " + sim_.monitors[m].name);
   if (where.empty() && ends_finite(r.total) && ends_finite(r.work_external) && ends_finite(r.work_contact) &&
-      ends_finite(r.work_friction) && ends_finite(r.work_numerical) && std::isfinite(r.largest_rotation) &&
+      ends_finite(r.work_friction) && ends_finite(r.work_damping) &&
+      ends_finite(r.work_numerical) && std::isfinite(r.largest_rotation) &&
       std::isfinite(r.scaled_energy_share))
     return;
   constexpr std::size_t most = 4;  // names

@@ -130,7 +130,7 @@ struct RunResult {
   std::vector<OfMonitor> monitors;
   std::vector<OfBody> bodies;
   std::vector<OfPair> pairs;
-  std::vector<double> total, work_external, work_contact, work_friction, work_numerical, active;
+  std::vector<double> total, work_external, work_contact, work_friction, work_damping, work_numerical, active;
   Index steps = 0, jumps = 0;      // body steps are counted once for all bodies; a jump skips over steps without contact
   Index contact_steps = 0;         // steps with a constraint of contact
   double contact_rows = 0;         // constraints with an impulse, summed over the steps

@@ -60,7 +60,7 @@ void write_contact(Hdf5Writer& file, const Simulation& simulation, const RunResu
 
 // Numbers of one output, as RunResult keeps them.
 double values_per_output(const Simulation& simulation) {
-  double values = 7;  // time, energies and works, active
+  double values = 8;  // time, energies and works, active
   values += 11 * static_cast<double>(simulation.bodies.size()) + 9 * static_cast<double>(simulation.monitors.size());
   for (const ContactPair& pair : simulation.pairs) values += pair.of_all ? 0 : 10;
   return values;
@@ -87,7 +87,7 @@ void write_results(const std::filesystem::path& path, const Simulation& simulati
   const auto start = Clock::now();
   Hdf5Writer file(path);
   file.attribute("/", "format", std::string("cbr-results"));
-  file.attribute("/", "format_version", std::string("1.3"));
+  file.attribute("/", "format_version", std::string("1.4"));
   file.attribute("/", "generator", std::string("cbr-dyn ") + version());
   Index n_dofs = 0;
   for (const auto& body : simulation.bodies) n_dofs += body->n_dofs();
@@ -103,6 +103,7 @@ void write_results(const std::filesystem::path& path, const Simulation& simulati
   file.write("/energy/work_external", result.work_external);
   file.write("/energy/work_contact", result.work_contact);
   file.write("/energy/work_friction", result.work_friction);
+  file.write("/energy/work_damping", result.work_damping);
   file.write("/energy/work_numerical", result.work_numerical);
   write_contact(file, simulation, result);
   // The phase is not over yet: all but the closing of the file

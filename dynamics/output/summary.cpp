@@ -148,7 +148,8 @@ Balance balance(const RunResult& result) {
   double scale = 0;
   for (std::size_t i = 0; i < result.time.size(); ++i) {
     scale = std::max({scale, std::abs(result.total[i]), std::abs(result.work_external[i]), std::abs(result.work_contact[i])});
-    const double work = result.work_external[i] + result.work_contact[i] + result.work_friction[i] + result.work_numerical[i];
+    const double work = result.work_external[i] + result.work_contact[i] + result.work_friction[i] +
+                        result.work_damping[i] + result.work_numerical[i];
     b.energy = std::max(b.energy, std::abs(result.total[i] - result.total[0] - work));
   }
   if (scale > 0) b.energy /= scale;
@@ -170,6 +171,7 @@ void balance_lines(const BuiltScene& built, const RunResult& result, const Balan
   line.precision(3);
   line << "energy: " << result.total.front() << " -> " << result.total.back() << ", work of loads " << result.work_external.back()
        << ", of contact " << result.work_contact.back();
+  if (result.work_damping.back() != 0) line << ", of damping " << result.work_damping.back();
   if (built.simulation.plan.newmark_alpha.value_or(0) != 0) line << numerical_loss(result);
   line << "; the balance closes to " << b.energy << " (good: below 1e-8)";
   report.line(line.str());

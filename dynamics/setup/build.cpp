@@ -16,6 +16,7 @@
 #include "common/scene_words.hpp"
 #include "dynamics/setup/contact_setup.hpp"
 #include "dynamics/setup/instance_body.hpp"
+#include "dynamics/setup/instance_damping.hpp"
 #include "dynamics/setup/scene_warnings.hpp"
 #include "dynamics/setup/skin_shells.hpp"
 #include "dynamics/setup/starting_overlap.hpp"
@@ -58,6 +59,19 @@ void add_load_inside(const Superelement& s, const Superelement::InteriorLoad& in
   if (s.k() > 0) body.add_modal_force(Q.head(s.k()), history);
 }
 
+// A pressure pushes into the faces: -p times the nodes' share of the area, as vectors along the outward normals.
+void add_pressure(const Load& load, const BuiltScene::OfInstance& of, const LoadHistory& history, Body& body) {
+  const Geometry& geometry = *of.geometry;
+  if (is_nodeset(geometry, load.surface))
+    throw InputError(load.source.text() + ": '" + load.surface + "' of instance '" + load.instance +
+                     "' is a nodeset, which has no normals: give force, or the pressure on a sideset");
+  if (geometry.surfaces.count(load.surface) == 0 && load_inside(of, load.surface) != nullptr)
+    throw InputError(load.source.text() + ": a pressure on '" + load.surface + "' inside the superelement of instance '" +
+                     load.instance + "' is not known: add the sideset to reduction.interface, or give traction");
+  const Surface& surface = find_surface(geometry, load.instance, load.surface, load.source);
+  body.add_force(-load.value[0] * face_normals(surface, geometry.coordinates) * of.placement.T.transpose(), history);
+}
+
 // What each node takes of a load, n: its share of the faces' area, or one, of a nodeset.
 Vector load_weights(const Geometry& geometry, const Load& load) {
   if (geometry.surfaces.count(load.surface) > 0 || load.kind == Load::Kind::traction)
@@ -80,6 +94,10 @@ void add_loads(const SceneIndex& index, BuiltScene& built) {
     }
     const Index i = index.place(load.instance);
     const Geometry& geometry = *built.instances[i].geometry;
+    if (load.kind == Load::Kind::pressure) {
+      add_pressure(load, built.instances[i], history, *built.simulation.bodies[i]);
+      continue;
+    }
     if (const auto* inside = load_inside(built.instances[i], load.surface)) {
       const Superelement& s = *built.instances[i].parts[0].superelement;
       add_load_inside(s, *inside, load, built.instances[i].placement.T, history, *built.simulation.bodies[i]);
@@ -261,6 +279,10 @@ class Builder {
       made = maker.make(instance, component);
     }
     of.mass = made.mass;
+    if (const Damping damping = damping_of(index_, instance); !damping.none()) {
+      damp(instance, damping, *made.body);
+      if (damping.material.alpha > 0) built_.momentum_is_kept = false;
+    }
     of.n_shell_faces = skin_faces(scene_, instance.name, *of.geometry).rows();
     built_.simulation.bodies.push_back(std::move(made.body));
     built_.instances.push_back(std::move(of));

@@ -57,7 +57,7 @@ def check_contract(file):
     for instance in ("left", "right"):
         expected.update({f"instances/{instance}/{what}": (n, 3) for what in ("center_of_mass", "momentum", "angular_momentum")})
         expected.update({f"instances/{instance}/{what}": (n,) for what in ("kinetic_energy", "strain_energy")})
-    expected.update({f"energy/{what}": (n,) for what in ("total", "work_external", "work_contact", "work_friction", "work_numerical")})
+    expected.update({f"energy/{what}": (n,) for what in ("total", "work_external", "work_contact", "work_friction", "work_damping", "work_numerical")})
     pair = "contact/left.contact - right.contact"
     expected.update({f"{pair}/{what}": (n,) for what in ("active", "area", "penetration", "residual")})
     expected.update({f"{pair}/{what}": (n, 3) for what in ("force", "center_of_pressure")})
@@ -65,7 +65,7 @@ def check_contract(file):
         assert file[name].shape == shape, (name, file[name].shape)
         assert file[name].dtype == F or name == "contact/active", (name, file[name].dtype)
         assert np.isfinite(file[name][()]).all(), name
-    assert (file.attrs["format"], file.attrs["format_version"]) == ("cbr-results", "1.3")
+    assert (file.attrs["format"], file.attrs["format_version"]) == ("cbr-results", "1.4")
     assert file.attrs["steps"] > 0 and file.attrs["n_dofs"] > 0
     assert isinstance(file.attrs["steps"], np.integer) and isinstance(file.attrs["n_dofs"], np.integer)
     for phase in ("read", "setup", "steps", "write"):

@@ -36,7 +36,7 @@ void check_result(const RunResult& result) {
     require(finite(pair.force.values) && finite(pair.center_of_pressure.values), "a pair's force is not finite");
   }
   for (const auto* values : {&result.time, &result.total, &result.work_external, &result.work_contact, &result.work_friction,
-                             &result.work_numerical, &result.active})
+                             &result.work_damping, &result.work_numerical, &result.active})
     require(finite(*values), "an energy is not finite");
 }
 

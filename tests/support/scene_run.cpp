@@ -165,7 +165,8 @@ double rms(const RunResult& result, const Series3& series, const std::function<V
 double energy_residual(const RunResult& result) {
   double worst = 0, scale = 0;
   for (std::size_t i = 0; i < result.time.size(); ++i) {
-    const double work = result.work_external[i] + result.work_contact[i] + result.work_friction[i] + result.work_numerical[i];
+    const double work = result.work_external[i] + result.work_contact[i] + result.work_friction[i] +
+                        result.work_damping[i] + result.work_numerical[i];
     worst = std::max(worst, std::abs(result.total[i] - result.total[0] - work));
     scale = std::max({scale, result.total[i], std::abs(work)});
   }

@@ -74,7 +74,7 @@ Vector3 integral(const RunResult& result, const Series3& series);
 // sqrt(mean over the outputs of |value(t) - expected(t)|^2), in units of the series.
 double rms(const RunResult& result, const Series3& series, const std::function<Vector3(double)>& expected);
 
-// Largest |total - total(0) - work_external - work_contact - work_friction| of the run, as a share of the largest total or work.
+// Largest |total - total(0) - work_external - work_contact - work_friction - ...| of the run, as a share of the largest total or work.
 double energy_residual(const RunResult& result);
 
 // Slope of log(error) over log(h), by least squares.

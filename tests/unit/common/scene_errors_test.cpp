@@ -224,7 +224,7 @@ const std::vector<Mistake> mistakes = {
     {"      interface: [contact, \"two words\"]\n", "", {"components.block.reduction: missing key 'interface'"}},
     {"interface: [contact, \"two words\"]", "interface: [contact, contact]", {"'contact' is listed twice"}},
     {"interface: [contact, \"two words\"]", "interface: {contact: 1}", {"expected a list"}},
-    {"traction: [-1, 0, 0]", "traction: [-1, 0, 0], force: [0, 0, 1]", {"loads[0]: more than one of traction, force, gravity"}},
+    {"traction: [-1, 0, 0]", "traction: [-1, 0, 0], force: [0, 0, 1]", {"loads[0]: more than one of traction, force, pressure, gravity"}},
     {"gravity: [0, 0, -9.81]", "gravity: [0, 0, -9.81], instance: left", {"gravity acts on everything"}},
     {"enforcement: nodal", "enforcement: nodal, friction: 0.1", {"knows no friction"}},
     {"superelement: ../out/block.h5", "superelement: plate.cbr.h5", {"is also that of component 'block'"}},
