@@ -27,7 +27,10 @@ int main(int argc, char** argv) {
   cbr::BuildOptions build;
   cbr::CommonOptions common;
   app.add_option("SCENE", scene, "scene (YAML), or - for a scene on standard input")->required();
-  app.add_option("-o,--output", output, "results file (HDF5)")->required();
+  app.add_option("-o,--output", output, "results file (HDF5); required unless --modes is given");
+  cbr::Index modes = 0;
+  app.add_option("--modes", modes, "run nothing: print the lowest frequencies of each instance, with damping ratios, as CSV")
+      ->check(cbr::whole_number("modes", 1));
   app.add_option(
          "--diagonal-limit", build.diagonal_limit,
          "with central-difference or newmark: largest number of coordinates for which a superelement moves in diagonal form "
@@ -42,7 +45,12 @@ int main(int argc, char** argv) {
   return cbr::run_program(app, argc, argv, [&] {
     cbr::set_threads(common.threads == 0 && !restart.empty() ? cbr::threads_of_checkpoint(restart) : common.threads);
     cbr::Report report("cbr-dyn", common.verbosity(), common.timings);
-    cbr::run_scene(scene, output, report, build, restart, check_error, common.timings);
+    cbr::require_output(modes, output, restart, check_error);
+    if (modes > 0) {
+      cbr::print_modes(scene, modes, report, cbr::table_output());
+    } else {
+      cbr::run_scene(scene, output, report, build, restart, check_error, common.timings);
+    }
     report.write_timings();
   });
 }

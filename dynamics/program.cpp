@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <memory>
 #include <optional>
+#include <ostream>
 #include <sstream>
 
 #include "common/error.hpp"
@@ -22,6 +23,7 @@
 #include "dynamics/output/results.hpp"
 #include "dynamics/setup/build.hpp"
 #include "dynamics/setup/half_modes.hpp"
+#include "dynamics/setup/scene_modes.hpp"
 
 namespace cbr {
 namespace {
@@ -293,6 +295,27 @@ void run_scene(const std::string& scene_or_dash, const std::filesystem::path& re
   report.write_timings();
   throw RunError("stopped by " + run.signals().name() + " in the second run, of --check-error: " + results.string() +
                  " holds the whole first run");
+}
+
+void print_modes(const std::string& scene_or_dash, Index n, Report& report, std::ostream& out) {
+  std::optional<Scene> scene;
+  {
+    const auto phase = report.phase("read");
+    scene = read_scene(scene_or_dash);
+  }
+  const std::vector<InstanceModes> instances = scene_modes(*scene, n, report);
+  out << "instance,mode,frequency_hz,damping_ratio\n";
+  out.precision(10);
+  for (const InstanceModes& modes : instances)
+    for (Index j = 0; j < modes.frequency_hz.size(); ++j)
+      out << modes.instance << "," << j + 1 << "," << modes.frequency_hz[j] << "," << modes.damping_ratio[j] << "\n";
+  out.flush();
+}
+
+void require_output(Index modes, const std::string& output, const std::string& restart, bool check_error) {
+  if (modes > 0 && (!output.empty() || !restart.empty() || check_error))
+    throw InputError("--modes prints frequencies and runs nothing: leave out --output, --restart and --check-error");
+  if (modes == 0 && output.empty()) throw InputError("--output is required: give -o RESULTS.h5, or --modes N");
 }
 
 }  // namespace cbr

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <iosfwd>
 #include <string>
 
 #include "common/report.hpp"
@@ -17,5 +18,12 @@ namespace cbr {
 void run_scene(const std::string& scene_or_dash, const std::filesystem::path& results, Report& report,
                const BuildOptions& options = {}, const std::filesystem::path& restart = {}, bool check_error = false,
                const std::filesystem::path& timings = {});
+
+// Frequencies of each instance of the scene by itself, the lowest `n`, as CSV: instance,mode,frequency_hz,damping_ratio.
+// InputError: tied surfaces, shells that act.
+void print_modes(const std::string& scene_or_dash, Index n, Report& report, std::ostream& out);
+
+// InputError: --modes (above 0) with what only a run has, or neither --modes nor an output.
+void require_output(Index modes, const std::string& output, const std::string& restart, bool check_error);
 
 }  // namespace cbr

@@ -55,7 +55,7 @@ void PairSchedule::keep_state(StateArchive& archive) {
 
 static void keep_state(StateArchive& archive, Series3& series) { archive(series.values); }
 
-static void keep_state(StateArchive& archive, RunResult::OfMonitor& of) { archive(of.mean_position, of.mean_velocity, of.force); }
+static void keep_state(StateArchive& archive, RunResult::OfMonitor& of) { archive(of.mean_position, of.mean_velocity, of.mean_acceleration, of.force); }
 
 static void keep_state(StateArchive& archive, RunResult::OfBody& of) {
   archive(of.center_of_mass, of.momentum, of.angular_momentum, of.kinetic_energy, of.strain_energy);

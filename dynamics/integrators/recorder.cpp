@@ -23,7 +23,8 @@ bool ends_finite(const RunResult::OfBody& of) {
          ends_finite(of.kinetic_energy) && ends_finite(of.strain_energy);
 }
 bool ends_finite(const RunResult::OfMonitor& of) {
-  return ends_finite(of.mean_position) && ends_finite(of.mean_velocity) && ends_finite(of.force);
+  return ends_finite(of.mean_position) && ends_finite(of.mean_velocity) && ends_finite(of.mean_acceleration) &&
+         ends_finite(of.force);
 }
 bool ends_finite(const RunResult::OfPair& of) {
   return ends_finite(of.area) && ends_finite(of.penetration) && ends_finite(of.residual) && ends_finite(of.force) &&
@@ -98,6 +99,11 @@ void Recorder::record_monitors(double interval, ContactState& state) {
     Vector3 position, velocity, impulse = Vector3::Zero();
     sim_.bodies[monitor.body]->mean_motion(monitor.mean_set, position, velocity);
     for (const Index slot : monitor.contact_slots) impulse += state.impulses_since_output[monitor.contact].row(slot).transpose();
+    const std::vector<double>& velocities = result_.monitors[i].mean_velocity.values;
+    Vector3 acceleration = Vector3::Zero();
+    if (interval > 0 && velocities.size() >= 3)
+      acceleration = (velocity - Eigen::Map<const Vector3>(velocities.data() + velocities.size() - 3)) / interval;
+    result_.monitors[i].mean_acceleration.add(acceleration);
     result_.monitors[i].mean_position.add(position);
     result_.monitors[i].mean_velocity.add(velocity);
     result_.monitors[i].force.add(interval > 0 ? Vector3(impulse / interval) : Vector3::Zero());

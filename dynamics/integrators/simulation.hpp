@@ -113,8 +113,9 @@ constexpr double small_rotation = 0.08726646259971647;
 struct RunResult {
   std::vector<double> time;
   struct OfMonitor {
-    Series3 mean_position, mean_velocity, force;
-  };  // force: contact impulses since the last output over that time
+    // acceleration: change of the mean velocity since the last output over that time; force: contact impulses likewise
+    Series3 mean_position, mean_velocity, mean_acceleration, force;
+  };
   struct OfBody {
     Series3 center_of_mass, momentum, angular_momentum;
     std::vector<double> kinetic_energy, strain_energy;

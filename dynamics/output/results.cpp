@@ -40,6 +40,7 @@ void write_monitors(Hdf5Writer& file, const Simulation& simulation, const RunRes
     const std::string group = "/surfaces/" + safe(simulation.monitors[m].name) + "/";
     file.write(group + "mean_position", points(result.monitors[m].mean_position));
     file.write(group + "mean_velocity", points(result.monitors[m].mean_velocity));
+    file.write(group + "mean_acceleration", points(result.monitors[m].mean_acceleration));
     file.write(group + "force", points(result.monitors[m].force));
   }
 }
@@ -61,7 +62,7 @@ void write_contact(Hdf5Writer& file, const Simulation& simulation, const RunResu
 // Numbers of one output, as RunResult keeps them.
 double values_per_output(const Simulation& simulation) {
   double values = 8;  // time, energies and works, active
-  values += 11 * static_cast<double>(simulation.bodies.size()) + 9 * static_cast<double>(simulation.monitors.size());
+  values += 11 * static_cast<double>(simulation.bodies.size()) + 12 * static_cast<double>(simulation.monitors.size());
   for (const ContactPair& pair : simulation.pairs) values += pair.of_all ? 0 : 10;
   return values;
 }

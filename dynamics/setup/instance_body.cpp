@@ -22,20 +22,6 @@ Scheme scheme_of(const TimeOptions& time) {
   return time.integrator == Integrator::exact ? Scheme::exact : Scheme::central_difference;
 }
 
-// The held directions of an instance in component axes; several conditions on one node are joined.
-std::vector<HeldDirection> held_directions(const SceneIndex& index, const Instance& instance, const Geometry& geometry) {
-  std::map<std::pair<Index, int>, bool> held;
-  for (const BoundaryCondition* condition : index.boundary(instance))
-    for (const Index node : find_nodes(geometry, instance.name, condition->nodes, condition->source))
-      for (int c = 0; c < 3; ++c)
-        if (condition->fix[c]) held[{node, c}] = true;
-  const Matrix3 T = instance.transformation();
-  std::vector<HeldDirection> list;
-  // u_scene = T u, so e_c . u_scene = (T^T e_c) . u
-  for (const auto& [at, unused] : held) list.push_back({at.first, T.row(at.second).transpose()});
-  return list;
-}
-
 std::string where(const Instance& instance) { return "instance '" + instance.name + "'"; }
 
 CoupledModel model_of(const MeshedComponent& component) { return coupled_model(*component.fe, component.geometry->coordinates); }
@@ -49,6 +35,19 @@ CoupledModel model_of(const ReducedComponent& component) {
 }
 
 }  // namespace
+
+std::vector<HeldDirection> held_directions(const SceneIndex& index, const Instance& instance, const Geometry& geometry) {
+  std::map<std::pair<Index, int>, bool> held;
+  for (const BoundaryCondition* condition : index.boundary(instance))
+    for (const Index node : find_nodes(geometry, instance.name, condition->nodes, condition->source))
+      for (int c = 0; c < 3; ++c)
+        if (condition->fix[c]) held[{node, c}] = true;
+  const Matrix3 T = instance.transformation();
+  std::vector<HeldDirection> list;
+  // u_scene = T u, so e_c . u_scene = (T^T e_c) . u
+  for (const auto& [at, unused] : held) list.push_back({at.first, T.row(at.second).transpose()});
+  return list;
+}
 
 template <typename Component>
 BodyMaker::Shelled& BodyMaker::shelled(const Instance& instance, const Component& component) {

@@ -14,6 +14,9 @@
 
 namespace cbr {
 
+// The held directions of an instance in component axes; several conditions on one node are joined.
+std::vector<HeldDirection> held_directions(const SceneIndex& index, const Instance& instance, const Geometry& geometry);
+
 struct InstanceBody {
   std::unique_ptr<Body> body;
   double mass = 0;  // with shells

@@ -274,6 +274,25 @@ TEST_F(OfDamping, WhatCannotBeIsRefusedByName) {
       << refusal(scene({.material = "alpha: -1"}));
   EXPECT_NE(refusal(scene({.instance = "frequency_hz: [1, 1], ratio: [0, 0]"})).find("must ascend"), std::string::npos);
   EXPECT_NE(refusal(scene({.instance = "frequency_hz: [1, 2], ratio: [0]"})).find("as many as"), std::string::npos);
+  const auto changed = [&](const std::string& from, const std::string& to) {
+    std::string yaml = scene({.material = "alpha: 1"});
+    const std::size_t at = yaml.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    return refusal(yaml.replace(at, from.size(), to));
+  };
+  EXPECT_NE(changed("integrator: exact", "integrator: exact, mass_scaling: true").find("not refused"), std::string::npos);
+  const std::string touching =
+      "walls:\n  wall: {plane: {point: [2, 0, 0], normal: [-1, 0, 0]}}\ncontact:\n  - {between: [bar.x_max, wall]";
+  EXPECT_NE(changed("time: {", touching + "}\ntime: {mass_scaling: true, ").find("cannot be had with time.mass_scaling"),
+            std::string::npos);
+  EXPECT_NE(changed("time: {", touching + ", enforcement: nodal}\ntime: {").find("enforcement: nodal"), std::string::npos);
+  EXPECT_NE(changed("mass: lumped", "mass: lumped, blocks: {block: {material: other}}").find("unknown material"),
+            std::string::npos);
+  EXPECT_NE(changed("components:\n  bar: {",
+                    "  other: {youngs_modulus: 1, poissons_ratio: 0, density: 1}\ncomponents:\n  bar: {blocks: "
+                    "{block: {material: other}}, ")
+                .find("'other' and 'soft' are damped differently"),
+            std::string::npos);
 }
 
 }  // namespace

@@ -109,6 +109,27 @@ TEST_F(OfHistories, PressurePushesAgainstTheOutwardNormal) {
     }
 }
 
+// A free body under gravity a sin(w t): the mean of its acceleration between outputs is a (cos(w t_1) - cos(w t_2)) / (w dt).
+TEST_F(OfHistories, AccelerationsAreMeansBetweenOutputs) {
+  const double w = 2 * std::numbers::pi * 3, every = 0.01;
+  for (const std::string as : {"superelement", "mesh"}) {
+    const Ran ran = folder.run(
+        "materials:\n  soft: {youngs_modulus: 200, poissons_ratio: 0, density: 1}\ncomponents:\n  bar: {mesh: one.exo, material: "
+        "soft, mass: lumped, reduction: {interface: [x_min, x_max], modes: 0}}\ninstances:\n  bar: {component: bar, as: " +
+        as +
+        "}\nloads:\n  - {gravity: [0, 0, 2], history: {sine: {frequency_hz: 3}}}\ntime: {end: 1, step: 0.0005}\noutput: {every: " +
+        text(every) + ", history: [bar.x_max]}\n");
+    const auto& found = ran.monitor("bar.x_max").mean_acceleration;
+    ASSERT_EQ(found.values.size(), 3 * ran.result.time.size());
+    EXPECT_EQ(at(found, 0), Vector3::Zero());
+    for (std::size_t i = 1; i < ran.result.time.size(); ++i) {
+      const double t = ran.result.time[i];
+      const Vector3 expected(0, 0, 2 * (std::cos(w * (t - every)) - std::cos(w * t)) / (w * every));
+      EXPECT_LT((at(found, i) - expected).norm(), 1e-3) << as << " " << t;
+    }
+  }
+}
+
 // What a filter hands on is the same scene.
 TEST_F(OfHistories, ScenesAreWrittenAsTheyWereRead) {
   write("pulse.csv", "0 0\n0.1 1.5\n");

@@ -53,7 +53,7 @@ def check_contract(file):
     n = len(file["time"])
     expected = {"time": (n,), "contact/active": (n,)}
     for surface in ("left.contact", "right.contact"):
-        expected.update({f"surfaces/{surface}/{what}": (n, 3) for what in ("mean_position", "mean_velocity", "force")})
+        expected.update({f"surfaces/{surface}/{what}": (n, 3) for what in ("mean_position", "mean_velocity", "mean_acceleration", "force")})
     for instance in ("left", "right"):
         expected.update({f"instances/{instance}/{what}": (n, 3) for what in ("center_of_mass", "momentum", "angular_momentum")})
         expected.update({f"instances/{instance}/{what}": (n,) for what in ("kinetic_energy", "strain_energy")})

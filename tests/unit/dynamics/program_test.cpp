@@ -227,13 +227,13 @@ TEST_F(Program, OutputsThatMemoryCannotHoldAreRefusedBeforeTheRun) {
   Report report("test", Verbosity::quiet);
   const BuiltScene built = build(read, report);
   // 13 outputs of time, energies, two bodies, two surfaces and a pair
-  constexpr double bytes = 8 * 13 * (8 + 2 * 11 + 2 * 9 + 10);
+  constexpr double bytes = 8 * 13 * (8 + 2 * 11 + 2 * 12 + 10);
   EXPECT_NO_THROW(require_memory_for_outputs(read, built.simulation, bytes));
   try {
     require_memory_for_outputs(read, built.simulation, bytes / 10);
     FAIL() << "no error";
   } catch (const InputError& error) {
-    for (const char* part : {"scene.yaml:", "output.every: 13 outputs of 58 numbers", "6.0 kB", "603 B", "give output.every"})
+    for (const char* part : {"scene.yaml:", "output.every: 13 outputs of 64 numbers", "6.7 kB", "666 B", "give output.every"})
       EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
   }
 }
