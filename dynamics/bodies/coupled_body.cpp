@@ -183,8 +183,11 @@ void CoupledBody::accept_central() {
   }
   // Its energy holds a term -h/2 v . K u: a change of h brings (h - h-)/4 K u . (v+ - v-).
   if (h_ != last_h_) work_.numerical += 0.25 * (h_ - last_h_) * stiffness_force().dot(v_end_ - v_);
-  if (is_damped()) book_central_damping();
-  if (kicked_) p_end_ += is_damped() ? Vector(kick_ / mass_factor(h_)) : kick_;
+  if (is_damped()) {
+    book_central_damping();
+    if (kicked_) kick_ /= mass_factor(h_);
+  }
+  if (kicked_) p_end_ += kick_;
   if (velocity_kicked_) p_end_ += velocity_kick_;
   last_h_ = h_;
   p_.swap(p_end_);
