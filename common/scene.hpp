@@ -113,6 +113,7 @@ struct Instance {
   std::string mirror;                          // "", "x", "y" or "z": the coordinate that changes sign; before the rotation
   Vector3 velocity = Vector3::Zero();
   ModalDamping damping;  // on top of what its materials have
+  Vector3 angular_velocity = Vector3::Zero();  // rad/s, scene axes, about the centre of mass
   SourceLine source;
   Matrix3 transformation() const;  // rotation * mirror: x_scene = T x_component + position
 };
@@ -185,6 +186,7 @@ struct ContactOptions {
 };
 
 enum class Integrator { exact, central_difference, newmark };
+enum class Rotations { small, large };
 
 struct TimeOptions {
   double end = 0;
@@ -194,6 +196,7 @@ struct TimeOptions {
   bool mass_scaling = false;   // exact: superelements' modes above 2 / step get that frequency and more modal mass (extension)
   bool force_step = false;     // key `force: true`: a step above the critical one is run all the same (extension)
   Integrator integrator = Integrator::exact;
+  Rotations rotations = Rotations::small;
   SourceLine source;
 };
 

@@ -172,7 +172,8 @@ Component parse_component(const SceneNode& node, const std::string& name, const 
 }
 
 Instance parse_instance(const SceneNode& node, const std::string& name, const Scene& scene) {
-  const SceneMap map = node.map({"component", "as", "position", "rotation", "mirror", "velocity", "damping"});
+  const SceneMap map =
+      node.map({"component", "as", "position", "rotation", "mirror", "velocity", "angular_velocity", "damping"});
   require_plain_name(node, "an instance", name);
   Instance instance;
   instance.name = name;
@@ -193,6 +194,7 @@ Instance parse_instance(const SceneNode& node, const std::string& name, const Sc
   if (const auto* rotation = map.find("rotation")) instance.rotation_degrees = rotation->vector3();
   if (const auto* mirror = map.find("mirror")) instance.mirror = mirror->one_of<std::string>({{"x", "x"}, {"y", "y"}, {"z", "z"}});
   if (const auto* velocity = map.find("velocity")) instance.velocity = velocity->vector3();
+  if (const auto* spin = map.find("angular_velocity")) instance.angular_velocity = spin->vector3();
   if (const auto* damping = map.find("damping")) {
     instance.damping = parse_modal_damping(*damping);
     if (instance.as == InstanceKind::mesh)

@@ -119,13 +119,14 @@ void parse_loads(const SceneNode& node, const std::filesystem::path& folder, con
 }
 
 void parse_time(const SceneNode& node, Scene& scene) {
-  const SceneMap map = node.map({"end", "step", "integrator", "alpha", "mass_scaling", "force"});
+  const SceneMap map = node.map({"end", "step", "integrator", "alpha", "mass_scaling", "force", "rotations"});
   TimeOptions time;
   time.source = node.source();
   time.end = map.at("end").positive();
   if (const auto* integrator = map.find("integrator")) {
     time.integrator = integrator->one_of(integrator_words);
   }
+  if (const auto* rotations = map.find("rotations")) time.rotations = rotations->one_of(rotations_words);
   if (const auto* scaling = map.find("mass_scaling")) {
     time.mass_scaling = scaling->boolean();
     if (time.mass_scaling && time.integrator != Integrator::exact) scaling->fail("requires integrator: exact");

@@ -130,6 +130,7 @@ void write_instance(const Instance& instance, std::ostream& out) {
     damping.add("frequency_hz", numbers(instance.damping.frequency_hz)).add("ratio", numbers(instance.damping.ratio));
     map.add("damping", damping.text());
   }
+  map.add_if(!instance.angular_velocity.isZero(0), "angular_velocity", vector(instance.angular_velocity));
   out << "  " << word(instance.name) << ": " << map.text() << "\n";
 }
 
@@ -194,6 +195,7 @@ std::string time_text(const TimeOptions& time) {
   map.add("end", number_text(time.end)).add("step", step).add("integrator", word_of(integrator_words, time.integrator));
   if (time.alpha != 0) map.add("alpha", number_text(time.alpha));
   if (time.mass_scaling) map.add("mass_scaling", "true");
+  map.add_if(time.rotations == Rotations::large, "rotations", word_of(rotations_words, time.rotations));
   return map.add_if(time.force_step, "force", "true").text();
 }
 

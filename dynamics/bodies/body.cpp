@@ -37,6 +37,8 @@ void Body::damp(const Damping&) {
                    "': damping cannot be had with time.mass_scaling: leave one of the two out");
 }
 
+void Body::turn(const Points&, Points&, Points&) const {}
+
 void Body::scale(double) { assert(false && "only where can_scale()"); }
 
 NodeResponse Body::velocity_response(Index) const {

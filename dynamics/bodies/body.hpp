@@ -2,6 +2,7 @@
 // The one real polymorphism: something that moves, has nodes, and answers impulses on them.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,8 @@ struct BodyState {
   Vector3 center_of_mass = Vector3::Zero(), momentum = Vector3::Zero(), angular_momentum = Vector3::Zero();
   double kinetic_energy = 0, strain_energy = 0;
   double rotation = 0;       // mean rotation since the start, rad: the formulation is linear, so it should stay small
+  // Of a body that turns by any angle: unit quaternion w x y z since the start, scene axes.
+  std::optional<Eigen::Vector4d> orientation = {};
   double scaled_energy = 0;  // kinetic + strain, of what moves with scaled modal mass: what that costs in accuracy at most
 };
 
@@ -116,6 +119,10 @@ class Body {
   // All coordinates and their rates, component axes: modal ones (of the parts one after the other), then x, y, z of the nodes, then
   // what others do not see: what a recovery of interiors starts from.
   virtual void coordinates(Vector& q, Vector& rates) const = 0;
+
+  // What coordinates() does not show of a body that turns: u and v (n x 3, scene axes) of points X of it (n x 3, undeformed, scene
+  // axes) become the whole displacements and velocities.
+  virtual void turn(const Points& X, Points& u, Points& v) const;
 
   // Between two steps: all that steps have made of the body, for a checkpoint (common/state_archive.hpp). A body that was built in
   // the same way and gets this goes on bit for bit as this one.

@@ -12,6 +12,12 @@ namespace cbr {
 void keep_state(StateArchive& archive, BodyState& state) {
   archive(state.center_of_mass, state.momentum, state.angular_momentum, state.kinetic_energy, state.strain_energy);
   archive(state.rotation, state.scaled_energy);
+  bool turns = state.orientation.has_value();
+  archive(turns);
+  if (!turns) return;
+  Eigen::Vector4d orientation = state.orientation.value_or(Eigen::Vector4d::Zero());
+  archive(orientation);
+  state.orientation = orientation;
 }
 
 void keep_state(StateArchive& archive, BodyWork& work) { archive(work.external, work.contact, work.friction, work.damping, work.numerical); }

@@ -60,6 +60,8 @@ class SuperelementBody final : public Body {
   // Without Newmark: forces at the end of the step, which StaticsBody knows then, times the step. Energies are of the middle of
   // such a kick, momentum is of its end; with central differences it is half of what the rates of the next step get.
   void add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
+  double mass() const { return superelement_->rigid_body.mass; }
+  Vector3 predicted_center_of_mass() const;  // as predicted_positions()
   const Vector& modal_coordinates() const { return eta_; }
   // What response(set, h) is V_c diag(weight) V_c^T of, for those that do not want it formed; the rows V_c of a set.
   ResponseOf response_of(double h, Vector& weight) const;

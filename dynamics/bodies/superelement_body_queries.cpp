@@ -164,6 +164,13 @@ const Vector& SuperelementBody::present_rates() const {
   return rates_;
 }
 
+Vector3 SuperelementBody::predicted_center_of_mass() const {
+  // E^T eta: mass times displacement of the centre of mass
+  const RigidBody& rigid = superelement_->rigid_body;
+  const Vector3 moment = form_->E.leftCols(3).transpose() * eta_end_;
+  return placement_.T * (rigid.center + moment / rigid.mass) + placement_.position;
+}
+
 BodyState SuperelementBody::state() const {
   const RigidBody& rigid = superelement_->rigid_body;
   const Matrix3& T = placement_.T;

@@ -60,7 +60,7 @@ static void keep_state(StateArchive& archive, RunResult::OfMonitor& of) { archiv
 static void keep_state(StateArchive& archive, RunResult::OfBody& of) {
   archive(of.center_of_mass, of.momentum, of.angular_momentum, of.kinetic_energy, of.strain_energy);
   double turned_at = of.turned_at.value_or(-1);
-  archive(of.rotation, turned_at);
+  archive(of.rotation, turned_at, of.orientation);
   if (turned_at >= 0) of.turned_at = turned_at;
 }
 

@@ -123,6 +123,8 @@ void Recorder::record_energy(const std::vector<char>& resting) {
     series.angular_momentum.add(now.angular_momentum);
     series.kinetic_energy.push_back(now.kinetic_energy);
     series.strain_energy.push_back(now.strain_energy);
+    if (now.orientation)
+      series.orientation.insert(series.orientation.end(), now.orientation->begin(), now.orientation->end());
     total += now.kinetic_energy + now.strain_energy;
     scaled += now.scaled_energy;
     external += work.external, contact += work.contact, friction += work.friction, damping += work.damping, numerical += work.numerical;

@@ -119,6 +119,7 @@ struct RunResult {
   struct OfBody {
     Series3 center_of_mass, momentum, angular_momentum;
     std::vector<double> kinetic_energy, strain_energy;
+    std::vector<double> orientation;       // n x 4, w x y z since the start; empty: the body is linear
     double rotation = 0;                   // rad, the largest at an output
     std::optional<double> turned_at = {};  // the first output at which it was above small_rotation
   };

@@ -302,6 +302,7 @@ FieldWriter::Motion FieldWriter::motion_of(const FieldGrid& grid) const {
   Vector q, rates;
   body.coordinates(q, rates);
   motion.u = whole(q), motion.v = whole(rates);
+  body.turn(grid.points, motion.u, motion.v);
   return motion;
 }
 

@@ -32,6 +32,9 @@ void write_bodies(Hdf5Writer& file, const Simulation& simulation, const RunResul
     file.write(group + "angular_momentum", points(of.angular_momentum));
     file.write(group + "kinetic_energy", of.kinetic_energy);
     file.write(group + "strain_energy", of.strain_energy);
+    if (of.orientation.empty()) continue;
+    const auto n = static_cast<Index>(of.orientation.size()) / 4;
+    file.write(group + "orientation", Matrix(Eigen::Map<const RowMatrix>(of.orientation.data(), n, 4)));
   }
 }
 

@@ -20,6 +20,7 @@
 #include "dynamics/setup/scene_warnings.hpp"
 #include "dynamics/setup/skin_shells.hpp"
 #include "dynamics/setup/starting_overlap.hpp"
+#include "dynamics/setup/turning.hpp"
 
 namespace cbr {
 namespace {
@@ -137,6 +138,7 @@ void refuse_what_cannot_be(const Scene& scene) {
   if (!scene.time) throw InputError(scene.file.string() + ": the scene has no 'time' section: cbr-dyn needs time: {end: SECONDS}");
   if (scene.instances.empty()) throw InputError(scene.file.string() + ": the scene has no instances");
   check_contact_with_time(scene);
+  refuse_what_does_not_turn(scene);
   for (const ContactOptions& contact : scene.contact) {
     const std::string what = std::string("enforcement: ") + word_of(enforcement_words, contact.enforcement);
     if (scene.time->integrator == Integrator::exact && contact.enforcement == Enforcement::nodal && skin_acts(scene))

@@ -10,7 +10,9 @@
 #include "dynamics/bodies/scaled_body.hpp"
 #include "dynamics/bodies/statics_body.hpp"
 #include "dynamics/bodies/superelement_body.hpp"
+#include "dynamics/bodies/turning_body.hpp"
 #include "dynamics/setup/skin_shells.hpp"
+#include "dynamics/setup/turning.hpp"
 
 namespace cbr {
 namespace {
@@ -146,6 +148,12 @@ InstanceBody BodyMaker::make_modal_with_shells(const Instance& instance, const R
 }
 
 InstanceBody BodyMaker::make(const Instance& instance, const ReducedComponent& component) {
+  if (scene_.time->rotations == Rotations::large) {
+    require_turning(index_, instance, component);
+    return {std::make_unique<TurningBody>(instance.name, component.superelement, component.form, placement_of(instance),
+                                          instance.angular_velocity),
+            component.rigid_body.mass};
+  }
   if (component.statics) return make_with_statics(instance, component);
   const bool stored = component.form != nullptr;
   if (coordinates_of_reduced(index_, instance, component, stored) == Coordinates::coupled)

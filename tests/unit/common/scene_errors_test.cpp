@@ -83,6 +83,8 @@ const std::vector<Mistake> mistakes = {
     {"step: 1.0e-8", "step: small", {"time.step: found 'small', expected auto, seconds, or {cfl: NUMBER}"}},
     {"step: 1.0e-8, integrator: newmark", "step: {cfl: 1.5}", {"time.step.cfl", "from above 0 to 1", "newmark"}},
     {"alpha: -0.125", "alpha: -0.4", {"time.alpha", "from -1/3 to 0"}},
+    {"rotations: large", "rotations: huge", {"time.rotations: unknown value 'huge', allowed: small, large"}},
+    {"angular_velocity: [1, 2, -3]", "angular_velocity: 3", {"instances.right.angular_velocity: found '3'"}},
     {"alpha: -0.125", "mass_scaling: true", {"time.mass_scaling", "requires integrator: exact"}},
     {"integrator: newmark", "integrator: exact", {"time.alpha", "newmark"}},
     {"step: 1.0e-8", "step: {cfl: 0}", {"time.step.cfl", "above 0"}},

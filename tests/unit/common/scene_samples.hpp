@@ -37,7 +37,7 @@ components:
     reduction: {interface: contact, cutoff_hz: 2.0e6, domains: 2, second_reduction: {cutoff_hz: 1.5e6}}
   bare: {mesh: bare.msh, blocks: {all: {material: steel}}}
 instances:
-  right: {component: block, as: mesh, position: [0.0381, 0, 0], rotation: [10, -20.5, 1e-3], mirror: x, velocity: [-1, 0.1, 3810]}
+  right: {component: block, as: mesh, position: [0.0381, 0, 0], rotation: [10, -20.5, 1e-3], mirror: x, velocity: [-1, 0.1, 3810], angular_velocity: [1, 2, -3]}
   left:  {component: plate, as: superelement}
   third: {component: bare}
 skin: {surfaces: [contact], youngs_modulus: 6.9e3, poissons_ratio: 0.3, density: 0.11, thickness: 2.5e-10, mesh: skins/skinned.msh}
@@ -57,7 +57,7 @@ contact:
   - {between: [floor, left.contact], friction: 0.375, adjust: 1.0e-5}
   - {between: [left.side, third.top], tied: true, formulation: mortar}
   - {between: all, adjust: 0}
-time: {end: 1.2e-5, step: 1.0e-8, integrator: newmark, alpha: -0.125, force: true}
+time: {end: 1.2e-5, step: 1.0e-8, integrator: newmark, alpha: -0.125, force: true, rotations: large}
 output:
   every: 1.0e-7
   history: [left.contact, right.contact]

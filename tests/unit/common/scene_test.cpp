@@ -68,6 +68,7 @@ TEST(Scene, everyKeyOfARunArrives) {
   EXPECT_EQ(right.rotation_degrees, Vector3(10, -20.5, 1e-3));
   EXPECT_EQ(right.mirror, "x");
   EXPECT_EQ(right.velocity, Vector3(-1, 0.1, 3810));
+  EXPECT_EQ(right.angular_velocity, Vector3(1, 2, -3));
   EXPECT_EQ(scene.instances[1].as, InstanceKind::superelement);
   EXPECT_EQ(scene.instances[2].as, InstanceKind::mesh);
   EXPECT_EQ(&component_of(scene, right), &scene.components.at("block"));
@@ -88,6 +89,7 @@ TEST(Scene, everyKeyOfARunArrives) {
   EXPECT_EQ(scene.time->end, 1.2e-5);
   EXPECT_EQ(scene.time->step, 1e-8);
   EXPECT_TRUE(scene.time->force_step);
+  EXPECT_EQ(scene.time->rotations, Rotations::large);
   EXPECT_EQ(scene.time->integrator, Integrator::newmark);
   EXPECT_EQ(scene.time->alpha, -0.125);
   EXPECT_EQ(scene.output.every, 1e-7);
