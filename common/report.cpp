@@ -117,14 +117,27 @@ void Report::warning(const std::string& text) {
 }
 
 void Report::progress(const std::string& what, double fraction) {
+  const double share = std::isfinite(fraction) ? std::clamp(fraction, 0.0, 1.0) : 0.0;
+  if (what != in_work_ || share < first_share_) {
+    in_work_ = what;
+    first_share_ = share;
+    work_start_ = Clock::now();
+  }
+  std::string text = what + "  " + format("%.0f %%", std::floor(100 * share));
+  const double elapsed = seconds_since(work_start_);
+  if (elapsed > 2 && share > first_share_)
+    text += ", " + human_seconds(elapsed * (1 - share) / (share - first_share_)) + " left";
+  draw(text);
+}
+
+void Report::draw(const std::string& text) {
   static const bool is_terminal = ::isatty(STDERR_FILENO) == 1;
   if (verbosity_ == Verbosity::quiet || !is_terminal) return;
   const auto now = Clock::now();
   if (in_progress_ && now - last_progress_ < std::chrono::milliseconds(100)) return;
   last_progress_ = now;
   in_progress_ = true;
-  const double percent = std::isfinite(fraction) ? std::clamp(100.0 * fraction, 0.0, 100.0) : 0.0;
-  print("\r\033[K" + printable(what) + "  " + format("%.0f %%", std::floor(percent)));
+  print("\r\033[K" + printable(text));
 }
 
 void Report::end_progress() {
@@ -133,7 +146,9 @@ void Report::end_progress() {
   print("\r\033[K");
 }
 
-Report::Phase::Phase(Report& report, std::string name) : report_(report), name_(std::move(name)), start_(Clock::now()) {}
+Report::Phase::Phase(Report& report, std::string name) : report_(report), name_(std::move(name)), start_(Clock::now()) {
+  report_.draw(name_);
+}
 
 Report::Phase::~Phase() { add(report_.phases_, name_, seconds_since(start_)); }
 

@@ -30,8 +30,11 @@ class Report {
   void warning(const std::string& text);  // always; counted
   int n_warnings() const { return n_warnings_; }
 
-  // "reading block.msh  42 %": redrawn in place, only when stderr is a terminal and not quiet, at most ten times a second.
+  // "factorisation  42 %, 12 s left": redrawn in place, only when stderr is a terminal and not quiet, at most ten times a
+  // second. What is left is told after two seconds, at the speed so far.
   void progress(const std::string& what, double fraction);
+  // The same with a text of the caller's own.
+  void draw(const std::string& text);
   void end_progress();
 
   // Adds the time since construction to `phase` when it goes out of scope.
@@ -69,9 +72,11 @@ class Report {
   Verbosity verbosity_;
   int n_warnings_ = 0;
   bool in_progress_ = false;
+  std::string in_work_;      // what progress() was last told of
+  double first_share_ = 0;   // and how much of that was done, `work_start_`
   std::filesystem::path timings_file_;
   std::vector<std::pair<std::string, double>> phases_, parts_, counts_;
-  std::chrono::steady_clock::time_point start_, last_progress_;
+  std::chrono::steady_clock::time_point start_, last_progress_, work_start_;
 };
 
 // "PROGRAM: error: TEXT" on one line; run_program() prints so what ended the run.

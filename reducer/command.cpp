@@ -348,8 +348,9 @@ bool for_each_component(const Scene& scene, const std::string& mesh_input, const
 
 void estimate_component(const ReduceCommand& command, const Scene& scene, const Component& component, std::ostream& out,
                         Report& report) {
-  const ReductionOptions& reduction = *component.reduction;
-  if (reduction.basis != "craig-bampton") throw InputError("--estimate knows basis craig-bampton only");
+  ReductionOptions reduction = *component.reduction;
+  if (reduction.is_massless()) throw InputError("--estimate does not know basis massless: craig-bampton or characteristic allowed");
+  reduction.characteristic.needs = interface_needs(scene, component);
   const Mesh mesh = read_mesh(component.mesh);
   warn_of_left_out_blocks(component, left_out_blocks(mesh), report);
   const std::vector<Index> domain = decompose(mesh, reduction.domains).domain;

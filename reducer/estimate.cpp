@@ -11,13 +11,21 @@
 #include "common/connected_parts.hpp"
 #include "common/error.hpp"
 #include "common/linalg/sparse_cholesky.hpp"
+#include "reducer/characteristic.hpp"
+#include "reducer/free_shapes.hpp"
+#include "reducer/interface_sets.hpp"
 #include "reducer/partition.hpp"
 #include "reducer/reduce.hpp"
+#include "reducer/statics.hpp"
 
 namespace cbr {
 namespace {
 
 constexpr double dofs_per_hex = 24;
+
+// Entries of a factor that c interface dofs add when they come last, over c^2: half for themselves, the others in the interior's
+// columns.
+constexpr double nonzeros_with_interface = 1.5;
 
 bool is_volume(const Block& block) { return dimension(block.type) == 3; }
 
@@ -202,6 +210,45 @@ bool is_cube_of_hexes(const Mesh& mesh, const Estimate& estimate) {
          (N + 1) * (N + 1) * (N + 1) == static_cast<double>(estimate.n_nodes);
 }
 
+// The interface's nodes and the sets on it, as the reduction describes them; no matrices.
+Superelement bare_interface(const Mesh& mesh, const FiniteElementModel& model, const std::vector<Index>& interface,
+                            const std::vector<std::string>& sets) {
+  Superelement s;
+  std::vector<Index> place(static_cast<std::size_t>(mesh.coordinates.rows()), -1);
+  s.coordinates.resize(static_cast<Index>(interface.size()), 3);
+  for (std::size_t i = 0; i < interface.size(); ++i) {
+    const Index node = model.nodes[static_cast<std::size_t>(interface[i])];
+    place[static_cast<std::size_t>(node)] = static_cast<Index>(i);
+    s.coordinates.row(static_cast<Index>(i)) = mesh.coordinates.row(node);
+    s.node_ids.push_back(mesh.node_ids[static_cast<std::size_t>(node)]);
+    for (int component = 0; component < 3; ++component) {
+      s.dof_node.push_back(static_cast<Index>(i));
+      s.dof_component.push_back(component);
+    }
+  }
+  add_interface_sets(mesh, place, sets, s);
+  return s;
+}
+
+FewShapesEstimate few_shapes_estimate(const CharacteristicOptions& options, const Superelement& interface, const DomainEstimate& d,
+                                      bool one_part) {
+  FewShapesEstimate few;
+  const std::vector<char> is_kept = kept_nodes(options, interface);
+  const Index c = interface.c(), kept = 3 * std::count(is_kept.begin(), is_kept.end(), 1);
+  const auto n_pressed = static_cast<Index>(pressed_surfaces(options, is_kept, interface).size());
+  const Index rigid = std::min<Index>(6, c - kept);
+  few.n_static = static_forces(options, interface).size();
+  few.n_shapes = rigid + n_shapes(options, c - kept - rigid) + kept + options.patterns * n_pressed;
+  few.is_sparse = few_enough(options, one_part, d.n_interior_dofs, interface);
+  if (!few.is_sparse) return few;
+  const double n_ratio = (d.n_interior() + d.c()) / d.n_interior();
+  const FreeFactorCost cost = free_factor_cost({d.factor_nonzeros, d.factor_flops}, n_ratio, c, few.n_static);
+  few.whole_flops = cost.flops;
+  few.forces_flops = cost.forces_flops;
+  few.whole_nonzeros = cost.is_one_factor ? d.factor_nonzeros + nonzeros_with_interface * d.c() * d.c() : n_ratio * d.factor_nonzeros;
+  return few;
+}
+
 void check_options(const Mesh& mesh, const FiniteElementModel& model, const std::vector<Index>& interface,
                    const ReductionOptions& options) {
   Partition p;
@@ -295,6 +342,13 @@ Estimate estimate(const Mesh& mesh, const std::vector<BlockProperties>& properti
   result.modes_are_of_tolerance = options.tolerance.has_value();
   result.modes_are_estimated = !options.modes || options.second_cutoff_hz;
   result.has_recovery = options.recovery;
+  if (options.is_characteristic()) {
+    const std::vector<Index> part = connected_parts(mesh, model);
+    const bool one_part = part.empty() || *std::max_element(part.begin(), part.end()) == 0;
+    result.few_shapes = few_shapes_estimate(
+        options.characteristic, bare_interface(mesh, model, interface, options.interface_sets), result.domains.front(), one_part);
+    return result;
+  }
   result.has_diagonal_form = result.n_final() <= static_cast<double>(diagonal_limit);
   return result;
 }

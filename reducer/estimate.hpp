@@ -50,6 +50,15 @@ struct DomainEstimate {
   double block_nonzeros() const { return 2 * c() * c() + k() * c() + k(); }  // K_cc, M_cc, M_kc, eigenvalues: what the file holds
 };
 
+// What basis characteristic keeps of the interface.
+struct FewShapesEstimate {
+  Index n_shapes = 0;        // rigid motions, elastic shapes, kept dofs, patterns
+  Index n_static = 0;        // forces whose statics are kept
+  bool is_sparse = false;    // by sparse solves alone; else from Craig and Bampton's dense matrices
+  double whole_flops = 0, whole_nonzeros = 0;  // of all factorisations; of the free component's factor
+  double forces_flops = 0;   // of the statics
+};
+
 struct Estimate {
   Index n_elements = 0, n_nodes = 0;  // that volume elements use
   bool is_cube_of_hexes = false;      // as many hexes and nodes as a cube with whole N has; its shape is not looked at
@@ -66,21 +75,33 @@ struct Estimate {
 
   // The joined domains reduced again: its interior are the domains' modes and the dofs that the component does not keep.
   std::optional<DomainEstimate> second;
+  std::optional<FewShapesEstimate> few_shapes;
 
   double total(double (DomainEstimate::*figure)() const) const;
   double largest(double (DomainEstimate::*figure)() const) const;
   double n_joined() const { return total(&DomainEstimate::k) + 3 * static_cast<double>(n_joined_nodes); }  // coordinates
-  double n_final() const { return second ? second->k() + second->c() : n_joined(); }                       // of what the file holds
-  double diagonal_nonzeros() const { return has_diagonal_form ? n_final() * (n_final() + 1) : 0; }         // omega and V
+  // Coordinates of what the file holds
+  double n_final() const {
+    if (few_shapes) return total(&DomainEstimate::k) + static_cast<double>(few_shapes->n_shapes);
+    return second ? second->k() + second->c() : n_joined();
+  }
+  double diagonal_nonzeros() const { return has_diagonal_form ? n_final() * (n_final() + 1) : 0; }  // omega and V
+  // Of few shapes: eigenvalues, displacements of the interface, compliance of the static forces.
+  double shapes_nonzeros() const {
+    const auto s = static_cast<double>(few_shapes->n_static);
+    return n_final() * (1 + 3 * static_cast<double>(n_interface_nodes)) + s * s;
+  }
   // Psi and Phi: the displacements of the interior from the coordinates.
   double recovery_nonzeros() const {
     if (!has_recovery) return 0;
     if (second) return 3 * static_cast<double>(n_nodes - n_interface_nodes) * n_final();
+    if (few_shapes) return domains.front().n_interior() * n_final();
     double sum = 0;
     for (const auto& d : domains) sum += d.n_interior() * (d.c() + d.k());
     return sum;
   }
   double file_nonzeros() const {
+    if (few_shapes) return recovery_nonzeros() + shapes_nonzeros();
     return recovery_nonzeros() + (second ? second->block_nonzeros() : total(&DomainEstimate::block_nonzeros)) + diagonal_nonzeros();
   }
 };

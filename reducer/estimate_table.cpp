@@ -112,8 +112,9 @@ std::vector<Row> sizes(const Estimate& e, double memory) {
        number(e.largest(&DomainEstimate::k)), number(e.total(&DomainEstimate::k))},
       {"coordinates when joined", "", number(e.n_joined())},
       {"coordinates after the second reduction", "", e.second ? number(e.n_final()) : "none asked for"},
-      all("non-zeros of K_cc, M_cc, M_kc, K_kk", e.largest(&DomainEstimate::block_nonzeros),
-          e.total(&DomainEstimate::block_nonzeros)),
+      e.few_shapes ? Row{"non-zeros of the shapes on the interface, and of the statics", "", number(e.shapes_nonzeros())}
+                   : all("non-zeros of K_cc, M_cc, M_kc, K_kk", e.largest(&DomainEstimate::block_nonzeros),
+                         e.total(&DomainEstimate::block_nonzeros)),
       {"non-zeros of the diagonal form", "", e.has_diagonal_form ? number(e.diagonal_nonzeros()) : "not stored"},
       all("non-zeros of the factor of K_II", L, total_L),
       all("flops of that factorisation", flops, total_flops),
@@ -132,7 +133,8 @@ std::vector<Row> times(const Estimate& e, const PredictedTimes& t) {
       {"time, about", "reads", "seconds"},
       {"reduction: factorisation", "", measure(t.factorisation, "s")},
       {"reduction: modes", "", measure(t.modes, "s")},
-      {"reduction: condensation", "", measure(t.condensation, "s")},
+      {e.few_shapes && e.few_shapes->is_sparse ? "reduction: shapes and statics" : "reduction: condensation", "",
+       measure(t.condensation, "s")},
       {"reduction: second one", "", e.second ? measure(t.second, "s") : "none"},
       {"reduction: diagonal form", "", e.has_diagonal_form ? measure(t.diagonal_form, "s") : "not made"},
       {"reduction in all, without assembly and files", "", measure(t.reduction(), "s")},
@@ -149,13 +151,14 @@ std::vector<Row> times(const Estimate& e, const PredictedTimes& t) {
 void print_first_lines(const Estimate& e, const PredictedTimes& t, double memory, std::ostream& out) {
   const double full = 3 * static_cast<double>(e.n_nodes), reduced = e.n_final();
   const double modes = e.second ? e.second->k() : e.total(&DomainEstimate::k);
-  out << "- dofs: " << number(reduced) << " (" << number(reduced - modes) << " of nodes, " << number(modes) << " modes) for "
+  out << "- dofs: " << number(reduced) << " (" << number(reduced - modes) << (e.few_shapes ? " shapes, " : " of nodes, ")
+      << number(modes) << " modes) for "
       << number(full) << " of the mesh\n"
       << "- file: " << human_bytes(8 * e.file_nonzeros());
   if (e.has_recovery) out << ", of which recovery " << human_bytes(8 * e.recovery_nonzeros());
   out << "\n- memory while reducing: about " << human_bytes(reduction_memory(e, memory)) << "\n- time to reduce: about "
       << human_seconds(t.reduction()) << ", without assembly and files\n";
-  const PredictedTimes::Step& step = e.has_diagonal_form ? t.exact_in_contact : t.central_difference;
+  const PredictedTimes::Step& step = e.has_diagonal_form || e.few_shapes ? t.exact_in_contact : t.central_difference;
   out << "- a step in contact: about " << measure(1e3 * step.seconds, "ms") << ", "
       << measure(step.seconds / t.mesh.seconds, "times") << " one of the full mesh (" << measure(1e3 * t.mesh.seconds, "ms")
       << "); steps may differ in length\n\n";

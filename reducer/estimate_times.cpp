@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/program.hpp"
+#include "reducer/accuracy.hpp"
 #include "reducer/condensation.hpp"
 #include "reducer/estimate.hpp"
 #include "reducer/fixed_interface_modes.hpp"
@@ -56,6 +57,23 @@ double second_seconds(const DomainEstimate& d, double flops) {
   return d.factor_flops / (factor_rate * flops) + condensation + std::min(modes, dense_general * n * n * n / flops);
 }
 
+// The lowest elastic modes of the free component, and answers to the static forces.
+double shapes_seconds(const FewShapesEstimate& few, double n, double flops) {
+  const double looked_at = static_cast<double>(n_estimated);
+  return solves_per_mode * 4 * looked_at * few.whole_nonzeros / (narrow_solve_rate * flops) +
+         orthonormalise * n * looked_at * looked_at / flops + few.forces_flops / (solve_rate * flops);
+}
+
+// Matrices, factor and, one after the other, a Krylov space and the statics.
+double few_shapes_memory(const Estimate& estimate) {
+  const DomainEstimate& d = estimate.domains.front();
+  const FewShapesEstimate& few = *estimate.few_shapes;
+  const auto s = static_cast<double>(few.n_static);
+  const double matrices = 2 * 16 * d.mesh_nonzeros;
+  const double basis = 2 * 8 * d.n_interior() * 2 * static_cast<double>(std::max<Index>(d.n_candidates, n_estimated));
+  return matrices + 8 * few.whole_nonzeros + std::max(basis, 3 * 8 * s * s) + 8 * estimate.file_nonzeros();
+}
+
 // Entries of half of K_cc, which is symmetric, and of M_kc twice.
 double step_entries(const DomainEstimate& d) { return d.c() * (d.c() + 1) / 2 + 2 * d.k() * d.c(); }
 
@@ -65,21 +83,33 @@ PredictedTimes predicted_times(const Estimate& estimate, const MachineRates& rat
   PredictedTimes t;
   double blocks = 0;
   for (const auto& d : estimate.domains) {
-    t.factorisation += d.factor_flops / (factor_rate * rates.flops) + analysis_seconds * d.mesh_nonzeros;
+    const bool sparse = estimate.few_shapes && estimate.few_shapes->is_sparse;
+    const double factor_flops = sparse ? estimate.few_shapes->whole_flops : d.factor_flops;
+    t.factorisation += factor_flops / (factor_rate * rates.flops) + analysis_seconds * d.mesh_nonzeros;
     t.modes += modes_seconds(d, rates.flops);
-    t.condensation += condensation_seconds(d, memory, rates.flops);
+    t.condensation += sparse ? shapes_seconds(*estimate.few_shapes, d.n_interior(), rates.flops)
+                             : condensation_seconds(d, memory, rates.flops);
     blocks += step_entries(d);
   }
   if (estimate.second) blocks = step_entries(*estimate.second);
   if (estimate.second) t.second = second_seconds(*estimate.second, rates.flops);
   const double n = estimate.n_final(),
                c = 3 * static_cast<double>(estimate.second ? estimate.n_interface_nodes : estimate.n_joined_nodes);
+  // Few shapes of dense matrices take the eigenvalues of all of the interface's dofs
+  if (estimate.few_shapes && !estimate.few_shapes->is_sparse) t.diagonal_form = dense_general * c * c * c / rates.flops;
   if (estimate.has_diagonal_form) t.diagonal_form = dense_general * n * n * n / rates.flops;
   const auto step = [&](double bytes) { return PredictedTimes::Step{bytes, bytes / rates.bandwidth}; };
   t.exact = step(8 * 8 * n);
   t.exact_in_contact = step(8 * 8 * n + 2 * 8 * n * 3 * static_cast<double>(estimate.n_interface_nodes));
+  if (estimate.few_shapes) {
+    // Displacements along the forces and responses to them; the statics' factor, forward and backward
+    const auto s = static_cast<double>(estimate.few_shapes->n_static);
+    const double looked_at = s > 0 ? s : 3 * static_cast<double>(estimate.n_interface_nodes);
+    t.exact_in_contact = step(8 * 8 * n + 2 * 8 * n * looked_at + 8 * s * s);
+  }
   // K_cc and M_kc of each domain, and the factor forward and backward.
   t.central_difference = step(8 * (blocks + 2 * estimate.joined_factor_nonzeros + 8 * (n + c)));
+  if (estimate.few_shapes) t.central_difference = t.exact;
   t.newmark = t.central_difference;
   t.mesh = step(76.0 / 9 * estimate.mesh_nonzeros + 8 * 8 * 3 * static_cast<double>(estimate.n_nodes));
   return t;
@@ -96,6 +126,7 @@ double reduction_memory(const Estimate& estimate, double memory) {
     most = std::max(most, matrices + 8 * d.factor_nonzeros + std::max(Psi + modes, 2 * modes));
   }
   const double n = estimate.n_final();
+  if (estimate.few_shapes && estimate.few_shapes->is_sparse) return few_shapes_memory(estimate);
   if (estimate.second) results += 8 * (2 * estimate.second->n_interior() * estimate.second->c() + estimate.second->factor_nonzeros);
   results += 8 * estimate.recovery_nonzeros();
   return results + std::max(most, estimate.has_diagonal_form ? 4 * 8 * n * n : 0.0);

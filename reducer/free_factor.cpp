@@ -52,25 +52,24 @@ constexpr double flops_of_interface = 1.1;
 // Share of a factor that a solve visits between forces on the interface and motions of it, both ways.
 constexpr double visited = 0.8;
 
-// Whether one factorisation with the interface last costs less than one of K and one of K_II, answers to the forces included.
-bool interface_last_is_cheaper(const FreeComponent& model, const Partition& p, Index n_forces) {
-  const FactorCost interior = factor_cost(node_graph(p.K_II, 3, {}), 3);
-  const auto c = static_cast<double>(p.n_interface()), forces = static_cast<double>(n_forces);
-  const double n_ratio = static_cast<double>(model.K.rows()) / static_cast<double>(p.n_interior());
-  const double joint = interior.flops + flops_of_interface * c * c * c + 2 * c * c * forces;
-  const double apart = (1 + n_ratio) * interior.flops + 4 * visited * n_ratio * interior.n_nonzeros * forces;
-  return joint <= apart;
-}
-
 }  // namespace
 
-FreeFactor free_factor(const FreeComponent& model, const Partition& p, Index n_forces) {
+FreeFactorCost free_factor_cost(const FactorCost& interior, double n_ratio, Index n_interface, Index n_forces) {
+  const auto c = static_cast<double>(n_interface), forces = static_cast<double>(n_forces);
+  const FreeFactorCost one{interior.flops + flops_of_interface * c * c * c, 2 * c * c * forces, true};
+  const FreeFactorCost two{(1 + n_ratio) * interior.flops, 4 * visited * n_ratio * interior.n_nonzeros * forces, false};
+  return one.all_flops() <= two.all_flops() ? one : two;
+}
+
+FreeFactor free_factor(const FreeComponent& model, const Partition& p, Index n_forces, const Progress& progress) {
   Matrix N = rigid_motions_of(model);
   Matrix P = model.M * N;
   const std::vector<Index> interface = dofs_of(p.interface_nodes);
-  const bool last = interface_last_is_cheaper(model, p, n_forces);
+  const FactorCost interior = factor_cost(node_graph(p.K_II, 3, {}), 3);
+  const double n_ratio = static_cast<double>(model.K.rows()) / static_cast<double>(p.n_interior());
+  const bool last = free_factor_cost(interior, n_ratio, p.n_interface(), n_forces).is_one_factor;
   const Springs springs(model.K, N, interface);
-  FreeFactor made{std::move(N), std::move(P), SparseCholesky(model.K, last ? interface : std::vector<Index>()), {}};
+  FreeFactor made{std::move(N), std::move(P), SparseCholesky(model.K, last ? interface : std::vector<Index>(), progress), {}};
   if (last) made.interior = made.whole.leading();
   return made;
 }

@@ -44,7 +44,7 @@ void judge_interior(Reduction& r, const SparseCholesky& factor) {
 
 SparseCholesky factorise(Reduction& r) {
   const auto phase = r.report.phase("factorisation");
-  SparseCholesky factor(r.p.K_II);
+  SparseCholesky factor(r.p.K_II, {}, [&](double share) { r.report.progress("factorisation", share); });
   judge_interior(r, factor);
   return factor;
 }
@@ -314,7 +314,7 @@ Matrix constraint_modes(const Reduction& r, const SparseCholesky& factor) {
 
 FreeFactor factorise_free(Reduction& r, const FreeComponent& model, Index n_forces) {
   const auto phase = r.report.phase("factorisation");
-  FreeFactor free = free_factor(model, r.p, n_forces);
+  FreeFactor free = free_factor(model, r.p, n_forces, [&](double share) { r.report.progress("factorisation", share); });
   if (free.interior) judge_interior(r, *free.interior);
   return free;
 }

@@ -14,9 +14,6 @@
 namespace cbr {
 namespace {
 
-// Of the basis, before its size has a restart: beside the factor of the parts for which it matters it is little.
-constexpr double basis_bytes = 1e9;
-
 // Not symmetric in any way, so that no eigenvector is orthogonal to it by the mesh's symmetry.
 Matrix starting_block(Index n, Index columns) {
   Matrix X(n, columns);
@@ -81,7 +78,7 @@ class BlockLanczos {
   Index largest_basis() const {
     Index most = options_.basis;
     if (most == 0) {
-      const auto in_memory = static_cast<Index>(basis_bytes / (8 * static_cast<double>(std::max<Index>(n_, 1))));
+      const auto in_memory = static_cast<Index>(options_.bytes / (8 * static_cast<double>(std::max<Index>(n_, 1))));
       most = std::clamp(in_memory, std::max(2 * k_, k_ + 6 * b_), 4 * k_ + 24 * b_);
     }
     return whole_blocks(std::min(most, n_ - b_));

@@ -10,7 +10,8 @@ namespace cbr {
 
 struct BlockLanczosOptions {
   Index block = 0;  // 0: chosen from k
-  Index basis = 0;  // vectors before a restart, 0: chosen from k
+  Index basis = 0;    // vectors before a restart, 0: chosen from k and `bytes`
+  double bytes = 1e9;  // that the basis may take before its size has a restart, which takes more solves
   // Residual in the M-norm of a Ritz pair (theta, x) of (K - sigma M)^-1 M, relative to theta; of pairs far below the largest theta
   // (slender parts: 1e5 times) no more is asked than that one's round-off, which is in all of them.
   double tolerance = 1e-13;

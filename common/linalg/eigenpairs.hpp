@@ -7,12 +7,10 @@
 #include <string>
 
 #include "common/linalg/sparse_cholesky.hpp"
+#include "common/linalg/progress.hpp"
 #include "common/types.hpp"
 
 namespace cbr {
-
-// Told now and then which share of the work is done, as far as it can be foreseen. Called by the caller's thread.
-using Progress = std::function<void(double)>;
 
 struct Eigenpairs {
   Vector lambda;  // k, ascending

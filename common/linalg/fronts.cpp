@@ -45,8 +45,8 @@ double flops_of(const Front& front) {
 
 }  // namespace
 
-Fronts::Fronts(const SupernodeTree& tree, const ShiftedMatrix& A)
-    : f_(tree.factor()), fronts_(fronts_of(tree)), A_(A), place_(static_cast<std::size_t>(f_.n)), updates_(fronts_.size()) {
+Fronts::Fronts(const SupernodeTree& tree, const ShiftedMatrix& A, const Progress& progress)
+    : f_(tree.factor()), fronts_(fronts_of(tree)), A_(A), place_(static_cast<std::size_t>(f_.n)), updates_(fronts_.size()), progress_(progress) {
   for (Index j = 0; j < f_.n; ++j) place_[static_cast<std::size_t>(f_.order[j])] = j;
   children_.resize(fronts_.size());
   for (Index s = 0; s < n_fronts(); ++s)
@@ -56,6 +56,8 @@ Fronts::Fronts(const SupernodeTree& tree, const ShiftedMatrix& A)
 
 Fronts::Outcome Fronts::run() {
   plan();
+  runs_ = std::this_thread::get_id();
+  for (const Front& front : fronts_) all_flops_ += flops_of(front);
   const SingleThreadedBlas blas;
   std::vector<Index> position(static_cast<std::size_t>(f_.n), -1);
   std::size_t subtree = 0;
@@ -135,6 +137,8 @@ void Fronts::front(Index s, std::vector<Index>& position, bool alone) {
     return;
   }
   if (below > 0) updates_[static_cast<std::size_t>(s)] = std::move(rest);
+  const double done = done_flops_ += flops_of(own);
+  if (progress_ && std::this_thread::get_id() == runs_) progress_(done / all_flops_);
 }
 
 void Fronts::assemble(Index s, const std::vector<Index>& position, Matrix& F) {

@@ -5,8 +5,10 @@
 
 #include <atomic>
 #include <functional>
+#include <thread>
 #include <vector>
 
+#include "common/linalg/progress.hpp"
 #include "common/linalg/supernodal.hpp"
 
 namespace cbr {
@@ -41,7 +43,7 @@ struct Front {
 class Fronts {
  public:
   // Both must outlive the object; A is permuted as the tree's factor is.
-  Fronts(const SupernodeTree& tree, const ShiftedMatrix& A);
+  Fronts(const SupernodeTree& tree, const ShiftedMatrix& A, const Progress& progress = {});
   virtual ~Fronts() = default;
   Fronts(const Fronts&) = delete;
   Fronts& operator=(const Fronts&) = delete;
@@ -79,6 +81,10 @@ class Fronts {
   std::vector<Subtree> subtrees_;
   std::vector<Index> top_;
   std::atomic<bool> stopped_{false}, foreign_{false};
+  Progress progress_;  // told by the thread that runs
+  std::thread::id runs_;
+  double all_flops_ = 0;
+  std::atomic<double> done_flops_{0};
 };
 
 // task(i) for i < n: on all threads where they share, else in order on this one.

@@ -197,9 +197,9 @@ struct Cholmod {
     return true;
   }
 
-  void factorize(const SparseMatrix& A, const std::vector<Index>& last) {
+  void factorize(const SparseMatrix& A, const std::vector<Index>& last, const Progress& progress) {
     analyze(A, last);
-    if (L->is_super != 0 && common.fl > worth_fronts && factorize_by_fronts(A)) return;
+    if (L->is_super != 0 && common.fl > worth_fronts && factorize_by_fronts(A, progress)) return;
     // Also where it is not positive definite: CHOLMOD tells the first column that fails
     cholmod_sparse view = lower_view(A);
     const BlasForWork blas(common.fl);
@@ -208,12 +208,12 @@ struct Cholmod {
   }
 
   // On all threads, subtree by subtree, where its fronts fit the machine beside the factor. False: not done.
-  bool factorize_by_fronts(const SparseMatrix& A) {
+  bool factorize_by_fronts(const SparseMatrix& A, const Progress& progress) {
     const SupernodeTree tree(view());
     const double entries = static_cast<double>(L->xsize) + 2 * static_cast<double>(A.nonZeros());
     if (!has_both_triangles(A) || 8 * entries + front_bytes(tree) > 0.9 * machine_memory_bytes()) return false;
     if (cholmod_l_change_factor(CHOLMOD_REAL, 1, 1, 1, 1, L, &common) == 0) check("factorisation", A);
-    return factor_supernodes(tree, {A}, static_cast<double*>(L->x)) == Factored::done;
+    return factor_supernodes(tree, {A}, static_cast<double*>(L->x), progress) == Factored::done;
   }
 
   void check(const char* phase, const SparseMatrix& A) const {
@@ -297,19 +297,18 @@ struct SparseCholesky::Impl {
   }
 };
 
-SparseCholesky::SparseCholesky(const SparseMatrix& A) : SparseCholesky(A, {}) {}
-
-SparseCholesky::SparseCholesky(const SparseMatrix& A, const std::vector<Index>& last) : impl_(std::make_unique<Impl>()) {
+SparseCholesky::SparseCholesky(const SparseMatrix& A, const std::vector<Index>& last, const Progress& progress)
+    : impl_(std::make_unique<Impl>()) {
   impl_->n = A.rows();
   if (A.rows() == 0) return;
   if (!A.isCompressed()) {
     SparseMatrix compressed = A;
     compressed.makeCompressed();
-    *this = SparseCholesky(compressed, last);
+    *this = SparseCholesky(compressed, last, progress);
     return;
   }
   Cholmod& cholmod = *impl_->cholmod;
-  cholmod.factorize(A, last);
+  cholmod.factorize(A, last, progress);
   impl_->diagonal = A.diagonal();
   impl_->last = last;
   impl_->factor = cholmod.view();

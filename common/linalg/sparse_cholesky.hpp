@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "common/linalg/progress.hpp"
 #include "common/linalg/supernodal.hpp"
 #include "common/types.hpp"
 
@@ -18,9 +19,8 @@ class SparseCholesky {
  public:
   // Only the lower triangle of A (n x n) is read. Not positive definite is a result, not an exception: ask ok().
   // RunError when memory does not suffice, with the size of the factor.
-  explicit SparseCholesky(const SparseMatrix& A);
   // The rows `last` (ascending, whole nodes) are eliminated after all others, so that leading() is a factor of these.
-  SparseCholesky(const SparseMatrix& A, const std::vector<Index>& last);
+  explicit SparseCholesky(const SparseMatrix& A, const std::vector<Index>& last = {}, const Progress& progress = {});
   // The factor of A without the rows `last`: the first columns of this one, of which it takes the memory, not a copy. It may be
   // fine where this one is not, as rows outside `last` come first.
   SparseCholesky leading() const;

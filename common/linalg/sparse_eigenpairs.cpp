@@ -15,6 +15,7 @@
 #include "common/linalg/block_lanczos.hpp"
 #include "common/linalg/dense.hpp"
 #include "common/linalg/eigenpairs.hpp"
+#include "common/machine_memory.hpp"
 
 namespace cbr {
 namespace {
@@ -190,6 +191,11 @@ Eigenpairs dense_answer(const SparseMatrix& K, const SparseMatrix& M, Index k) {
   return dense_eigenpairs(Matrix(K), Matrix(M), k);
 }
 
+// Half of what the factor takes, as a solve reads all of that, but no more than a quarter of what it leaves of the memory.
+double bytes_of_basis(const SparseCholesky& factor) {
+  return std::max(1e9, std::min(0.5 * factor.bytes(), 0.25 * (machine_memory_bytes() - factor.bytes())));
+}
+
 // Of vectors made so far, and of those after which the space is next looked at, which is mostly the last time or the last but one.
 std::function<void(Index, Index)> share_of(const Progress& progress) {
   if (!progress) return {};
@@ -228,6 +234,7 @@ Eigenpairs sparse_eigenpairs(const SparseMatrix& K, const SparseMatrix& M, const
   if (k >= least_for_blocks && ncv == 0) {
     BlockLanczosOptions options;
     options.tolerance = tolerance;
+    options.bytes = bytes_of_basis(factor);
     options.progress = share_of(progress);
     pairs = block_lanczos(
         M, [&](Eigen::Ref<Matrix> B) { factor.solve_in_place(B); }, sigma, k, options);
@@ -271,6 +278,7 @@ Eigenpairs sparse_eigenpairs_beyond(const SparseMatrix& M, const SparseCholesky&
   };
   BlockLanczosOptions options;
   options.tolerance = tolerance;
+  options.bytes = bytes_of_basis(factor);
   options.wanted = wanted;
   options.progress = share_of(progress);
   if (Phi.cols() > 0) {

@@ -16,7 +16,8 @@ constexpr Index block = 128, tile = 256;
 
 class Factoriser final : public Fronts {
  public:
-  Factoriser(const SupernodeTree& tree, const ShiftedMatrix& A, double* x) : Fronts(tree, A), x_(x) {}
+  Factoriser(const SupernodeTree& tree, const ShiftedMatrix& A, double* x, const Progress& progress)
+      : Fronts(tree, A, progress), x_(x) {}
 
   Factored factor_all() {
     switch (run()) {
@@ -116,8 +117,8 @@ class Factoriser final : public Fronts {
 
 }  // namespace
 
-Factored factor_supernodes(const SupernodeTree& tree, const ShiftedMatrix& A, double* x) {
-  return Factoriser(tree, A, x).factor_all();
+Factored factor_supernodes(const SupernodeTree& tree, const ShiftedMatrix& A, double* x, const Progress& progress) {
+  return Factoriser(tree, A, x, progress).factor_all();
 }
 
 }  // namespace cbr

@@ -43,7 +43,8 @@ void RunProgress::at(double fraction) {
   if (is_terminal_) {
     if (drawn_ >= 0 && elapsed - drawn_ < between_drawings) return;
     drawn_ = elapsed;
-    report_.progress(what_ + format_text(": t = %.4g s of %.4g s", fraction * end_, end_) + left(fraction, elapsed), fraction);
+    report_.draw(what_ + format_text(": %.0f %%, t = %.4g s of %.4g s", std::floor(100 * fraction), fraction * end_, end_) +
+                 left(fraction, elapsed));
     return;
   }
   const int tenths = static_cast<int>(std::floor(10 * fraction + 1e-9));

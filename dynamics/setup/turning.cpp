@@ -34,7 +34,7 @@ void refuse_what_does_not_turn(const Scene& scene) {
   if (time.integrator != Integrator::exact) refuse(time.source, "time.rotations: large goes with integrator: exact only");
   if (time.mass_scaling) refuse(time.source, "time.rotations: large does not go with mass_scaling: true");
   if (!scene.contact.empty())
-    refuse(scene.contact.front().source, "contact of bodies that turn (time.rotations: large) is still to come");
+    refuse(scene.contact.front().source, "contact does not go with time.rotations: large: leave one of the two out");
   if (!scene.boundary.empty()) refuse(scene.boundary.front().source, "time.rotations: large turns free bodies only, not held ones");
   for (const Load& load : scene.loads)
     if (load.kind != Load::Kind::gravity)
@@ -42,7 +42,7 @@ void refuse_what_does_not_turn(const Scene& scene) {
   if (skin_acts(scene)) refuse(scene.skin->source, "time.rotations: large does not go with shells that act (skin)");
   const auto& fields = scene.output.fields;
   if (std::find(fields.begin(), fields.end(), "stress") != fields.end())
-    refuse(scene.output.source, "output.fields: stress of bodies that turn (time.rotations: large) is still to come");
+    refuse(scene.output.source, "output.fields does not go with time.rotations: large: leave one of the two out");
   for (const Instance& instance : scene.instances)
     if (instance.as == InstanceKind::mesh) refuse(instance, "time.rotations: large turns superelements only, found as: mesh");
 }

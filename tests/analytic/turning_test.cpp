@@ -238,8 +238,8 @@ TEST(Turning, WhatDoesNotTurnIsRefusedByName) {
   expect(scene(plain, "as: superelement", "loads: [{instance: b, surface: x_max, force: [1, 0, 0]}]\n"), "gravity");
   expect(scene(plain, "as: superelement",
                "walls: {w: {plane: {point: [-1, 0, 0], normal: [1, 0, 0]}}}\ncontact: [{between: [b.x_min, w]}]\n"),
-         "contact of bodies that turn");
-  expect(scene(plain, "as: superelement", "", ", fields: [stress]"), "stress of bodies that turn");
+         "contact does not go with time.rotations: large");
+  expect(scene(plain, "as: superelement", "", ", fields: [stress]"), "output.fields does not go with time.rotations: large");
 }
 
 }  // namespace

@@ -119,6 +119,29 @@ TEST(Estimate, IsWhatAReductionHas) {
   }
 }
 
+// By sparse solves alone and by dense matrices; what the scene says of contact decides on the statics.
+TEST(Estimate, OfFewShapesIsWhatTheReductionHas) {
+  for (const Index N : {6, 23}) {
+    for (const bool friction : {false, true}) {
+      const Mesh mesh = box_mesh({{N, N, 3}, {0.1, 0.1, 0.03}, {0, 0, 0}, 0});
+      const auto material = properties(mesh, paper_steel());
+      ReductionOptions options = options_of("z_min", 8);
+      options.basis = "characteristic";
+      options.characteristic.is_default_modes = true;
+      options.characteristic.needs.touching["z_min"] = friction;
+      const Estimate e = estimate(mesh, material, options, one_domain(mesh), no_limit);
+      ASSERT_TRUE(e.few_shapes);
+      EXPECT_EQ(e.few_shapes->is_sparse, N == 23);
+      Report report("test", Verbosity::quiet);
+      const Superelement s = reduce(mesh, material, MassKind::lumped, options, ReduceSettings(), report);
+      EXPECT_EQ(e.n_final(), static_cast<double>(s.eigenvalues.size()));
+      EXPECT_EQ(e.few_shapes->n_static, s.characteristic.statics.size());
+      EXPECT_EQ(e.shapes_nonzeros(), static_cast<double>(s.eigenvalues.size() + s.characteristic.V.size() +
+                                                         s.characteristic.statics.F.size()));
+    }
+  }
+}
+
 // The same cut: decompose() is deterministic.
 TEST(Estimate, IsWhatADecompositionHas) {
   for (const Index N : {8, 12}) {

@@ -104,6 +104,17 @@ TEST(SparseCholesky, SameMatrixSameBits) {
   EXPECT_EQ(SparseCholesky(A).solve(B), SparseCholesky(A).solve(B));
 }
 
+TEST(SparseCholesky, LargeFactorisationsTellHowFarTheyAre) {
+  std::vector<double> told;
+  const SparseCholesky factor(grid_stiffness(22, true), {}, [&](double share) { told.push_back(share); });
+  ASSERT_TRUE(factor.ok());
+  ASSERT_GT(factor.flops(), 2e8);  // so large that it goes front by front
+  ASSERT_GT(told.size(), 2u);
+  EXPECT_GT(told.front(), 0);
+  EXPECT_TRUE(std::is_sorted(told.begin(), told.end()));
+  EXPECT_NEAR(told.back(), 1, 1e-12);
+}
+
 TEST(SparseCholesky, NamesTheColumnOfAnIndefiniteMatrix) {
   SparseMatrix A = grid_stiffness(6, true);
   for (const Index j : {Index{0}, Index{100}, Index{215}}) {
