@@ -21,6 +21,7 @@
 #include "reducer/diagonal_form.hpp"
 #include "reducer/domains.hpp"
 #include "reducer/estimate.hpp"
+#include "reducer/exchange/export_superelement.hpp"
 #include "reducer/geometry_body.hpp"
 #include "reducer/interior_loads.hpp"
 #include "reducer/kept_sets.hpp"
@@ -371,6 +372,16 @@ void run_estimate(const ReduceCommand& command, std::ostream& out, Report& repor
     estimate_component(command, scene, component, out, report);
   });
   if (!any) report.line("no instance is a superelement: nothing to estimate");
+}
+
+void run_export(const ReduceCommand& command, Report& report) {
+  std::string target = command.output;
+  if (target.empty()) {
+    target = command.input;
+    const std::string suffix = ".cbr.h5";
+    if (target.ends_with(suffix)) target.resize(target.size() - suffix.size());
+  }
+  export_superelement(command.export_format, command.input, target, report);
 }
 
 void run_reduce(const ReduceCommand& command, std::ostream* scene_out, Report& report) {

@@ -30,6 +30,7 @@ struct ReduceCommand {
   // With both.
   bool force = false;
   bool info = false;      // print what the file INPUT is
+  std::string export_format;  // write the superelement INPUT for another code; empty: no
   bool estimate = false;  // print what the reductions would cost, and reduce nothing
   double memory = 0;
   std::optional<Index> diagonal_limit;
@@ -43,6 +44,9 @@ void run_reduce(const ReduceCommand& command, std::ostream* scene_out, Report& r
 
 // What the reductions would give and cost, as tables; reduces and writes nothing. InputErrors as of run_reduce.
 void run_estimate(const ReduceCommand& command, std::ostream& out, Report& report);
+
+// The superelement INPUT for another code. InputErrors as of export_superelement().
+void run_export(const ReduceCommand& command, Report& report);
 
 // A scene with the one component that the options describe.
 Scene scene_of_mesh(const ReduceCommand& command);

@@ -17,7 +17,8 @@ int main(int argc, char** argv) {
       "  cbr-reduce block.msh --interface contact --modes 80 --youngs-modulus 2.1e11 --poissons-ratio 0.3 --density 7850 \\\n"
       "             -o block.cbr.h5\n"
       "  cbr-reduce block.msh --interface surface --modes 50 --domains 8 --estimate\n"
-      "  cbr-reduce --info block.cbr.h5                          describe a superelement, results or checkpoint file");
+      "  cbr-reduce --info block.cbr.h5                          describe a superelement, results or checkpoint file\n"
+      "  cbr-reduce --export dmig block.cbr.h5 -o block          block.dmig for Nastran, and block.dofs.csv");
   cbr::CommonOptions common;
   cbr::ReduceCommand command;
   cbr::add_common_options(app, common);
@@ -28,6 +29,8 @@ int main(int argc, char** argv) {
     cbr::spare_blas_threads(cbr::n_threads());
     if (command.info) {
       cbr::print_info(command.input, cbr::table_output());
+    } else if (!command.export_format.empty()) {
+      cbr::run_export(command, report);
     } else if (command.estimate) {
       cbr::run_estimate(command, cbr::table_output(), report);
     } else {

@@ -7,6 +7,7 @@
 #include "common/error.hpp"
 #include "common/program.hpp"
 #include "reducer/command.hpp"
+#include "reducer/exchange/export_superelement.hpp"
 
 namespace cbr {
 namespace {
@@ -141,12 +142,20 @@ void add_reduce_options(CLI::App& app, ReduceCommand& command) {
   mesh->add_option("-o,--output", command.output,
                    "superelement file (default: name of the mesh with .cbr.h5, in the current folder)")
       ->type_name("FILE");
-  app.add_flag("--estimate", command.estimate,
-               "print the expected size, memory and time of the reduction, beside Eqs 5-17 of the paper, and do not reduce. A mesh "
-               "needs no material for it, except with --cutoff-hz");
-  app.add_flag("--info", command.info,
-               "describe INPUT, which is a superelement, results, fields or checkpoint file: its origin, dofs, lowest frequencies, "
-               "faces, mass and known errors");
+  auto* estimate = app.add_flag(
+      "--estimate", command.estimate,
+      "print the expected size, memory and time of the reduction, beside Eqs 5-17 of the paper, and do not reduce. A mesh "
+      "needs no material for it, except with --cutoff-hz");
+  auto* info = app.add_flag(
+      "--info", command.info,
+      "describe INPUT, which is a superelement, results, fields or checkpoint file: its origin, dofs, lowest frequencies, "
+      "faces, mass and known errors");
+  app.add_option("--export", command.export_format,
+                 "write the superelement INPUT for other codes: " + join(export_format_names()) +
+                     "; -o gives the beginning of the files' names (docs/formats.md, \"Files for other codes\")")
+      ->type_name("FORMAT")
+      ->excludes(estimate)
+      ->excludes(info);
   app.add_flag("--force", command.force, "reduce even if the superelement file is up to date");
   app.add_option_function<std::string>(
          "--memory",

@@ -6,6 +6,7 @@
 #include <cassert>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "common/linalg/blas_threads.hpp"
 #include "common/linalg/dense.hpp"
@@ -20,7 +21,7 @@ namespace {
 // Rows up to which BLAS has one thread: most of the work are products of a matrix with a vector, at which its threads gain little
 // and wait for each other (beside three other programs 8 s in the place of 1.5 s for 2481 rows). Ours share what is left.
 constexpr Index one_thread_is_enough = 4000;
-// Columns that are worth a thread, and make LAPACK work by blocks of reflectors.
+// Columns that are worth a thread.
 constexpr Index least_columns = 128;
 
 // BLAS while so many rows are worked at, `flops` in all.
@@ -55,11 +56,13 @@ bool divide_and_conquer(Tridiagonal T, Vector& lambda, Matrix& Z) {
 bool apply_reflectors(const Matrix& A, const Tridiagonal& T, Matrix& Phi) {
   const Index n = Phi.rows(), k = Phi.cols();
   const Index parts = n <= one_thread_is_enough ? std::clamp<Index>(k / least_columns, 1, n_threads()) : 1;
+  // LAPACK writes ones onto A's diagonal and takes them back: each thread but the first has reflectors of its own
+  const std::vector<Matrix> copies(static_cast<std::size_t>(parts - 1), A);
   std::atomic<bool> ok{true};
   run_kept_threads(static_cast<int>(parts), [&](int part) {
     const Index first = k * part / parts, columns = k * (part + 1) / parts - first;
-    // LAPACK writes ones onto A's diagonal and takes them back where reflectors are few
-    if (LAPACKE_dormtr(LAPACK_COL_MAJOR, 'L', 'L', 'N', as_int(n), as_int(columns), A.data(), as_int(n), T.tau.data(),
+    const Matrix& own = part == 0 ? A : copies[static_cast<std::size_t>(part - 1)];
+    if (LAPACKE_dormtr(LAPACK_COL_MAJOR, 'L', 'L', 'N', as_int(n), as_int(columns), own.data(), as_int(n), T.tau.data(),
                        Phi.col(first).data(), as_int(n)) != 0)
       ok = false;
   });

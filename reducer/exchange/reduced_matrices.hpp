@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A superelement as two symmetric matrices with a list that says what each row is: what other codes want.
+#pragma once
+
+#include <vector>
+
+#include "common/superelement.hpp"
+
+namespace cbr {
+
+// A displacement of an interface node, or a modal coordinate.
+struct ReducedRow {
+  Index node = 0;  // of the mesh; of a modal coordinate a number above all of these
+  int dof = 0;     // 1, 2, 3 = x, y, z; 0: a modal coordinate
+  Vector3 position = Vector3::Zero();
+  double eigenvalue = 0;  // (rad/s)^2, of a modal coordinate
+};
+
+// K and M, n x n, dense: interface dofs first, in the order of the file, then modal coordinates.
+struct ReducedMatrices {
+  Matrix K, M;
+  std::vector<ReducedRow> rows;  // n
+};
+
+// InputError: a basis without masses and stiffnesses of the interface's dofs (characteristic, massless).
+ReducedMatrices reduced_matrices(const Superelement& s);
+
+}  // namespace cbr
