@@ -127,9 +127,11 @@ void Fronts::front(Index s, std::vector<Index>& position, bool alone) {
   const Index height = own.height, below = own.below();
   const Index* rows = own.rows;
   for (Index i = 0; i < height; ++i) position[static_cast<std::size_t>(rows[i])] = i;
-  Matrix F = zeros_on_huge_pages(height, own.columns), rest = zeros_on_huge_pages(below, below);
+  Matrix F = on_huge_pages(height, own.columns), rest = on_huge_pages(below, below);
+  share_columns(own.columns, alone, [&](Index j) { F.col(j).setZero(); });
+  share_columns(below, alone, [&](Index j) { rest.col(j).setZero(); });
   assemble(s, position, F);
-  for (const Index child : children_[static_cast<std::size_t>(s)]) extend_add(child, position, F, rest);
+  for (const Index child : children_[static_cast<std::size_t>(s)]) extend_add(child, position, alone, F, rest);
   for (Index i = 0; i < height; ++i) position[static_cast<std::size_t>(rows[i])] = -1;
   if (!fine()) return;
   if (!eliminate(own, F, rest, alone)) {
@@ -157,7 +159,7 @@ void Fronts::assemble(Index s, const std::vector<Index>& position, Matrix& F) {
   }
 }
 
-void Fronts::extend_add(Index child, const std::vector<Index>& position, Matrix& F, Matrix& rest) {
+void Fronts::extend_add(Index child, const std::vector<Index>& position, bool alone, Matrix& F, Matrix& rest) {
   Matrix U = std::move(updates_[static_cast<std::size_t>(child)]);
   updates_[static_cast<std::size_t>(child)].resize(0, 0);
   const Front& from = fronts_[static_cast<std::size_t>(child)];
@@ -165,11 +167,11 @@ void Fronts::extend_add(Index child, const std::vector<Index>& position, Matrix&
   const Index columns = F.cols(), m = U.rows();
   std::vector<Index> to(static_cast<std::size_t>(m));
   for (Index i = 0; i < m; ++i) to[static_cast<std::size_t>(i)] = position[static_cast<std::size_t>(rows[i])];
-  for (Index j = 0; j < m; ++j) {
+  share_columns(m, alone, [&](Index j) {
     const Index column = to[static_cast<std::size_t>(j)];
     double* into = column < columns ? F.col(column).data() : rest.col(column - columns).data() - columns;
     for (Index i = j; i < m; ++i) into[to[static_cast<std::size_t>(i)]] += U(i, j);
-  }
+  });
 }
 
 void share_tasks(Index n, bool share, const std::function<void(Index)>& task) {

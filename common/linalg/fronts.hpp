@@ -3,6 +3,7 @@
 // products throughout.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <functional>
 #include <thread>
@@ -70,7 +71,7 @@ class Fronts {
   void plan();
   void front(Index s, std::vector<Index>& position, bool alone);
   void assemble(Index s, const std::vector<Index>& position, Matrix& F);
-  void extend_add(Index child, const std::vector<Index>& position, Matrix& F, Matrix& rest);
+  void extend_add(Index child, const std::vector<Index>& position, bool alone, Matrix& F, Matrix& rest);
 
   const SupernodalFactor& f_;
   std::vector<Front> fronts_;  // children before their parents
@@ -89,6 +90,15 @@ class Fronts {
 
 // task(i) for i < n: on all threads where they share, else in order on this one.
 void share_tasks(Index n, bool share, const std::function<void(Index)>& task);
+
+// use(column) for each of n columns: runs of them on all threads where they share, else in order on this one.
+template <typename Use>
+void share_columns(Index n, bool share, const Use& use) {
+  constexpr Index run = 32;
+  share_tasks((n + run - 1) / run, share, [&](Index i) {
+    for (Index j = i * run; j < std::min(n, (i + 1) * run); ++j) use(j);
+  });
+}
 
 // Bytes that the fronts take at the most, one thread working.
 double front_bytes(const SupernodeTree& tree);

@@ -16,9 +16,14 @@ void prefer_huge_pages(const Matrix& A) {
   if (begin < end) ::madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE);
 }
 
-Matrix zeros_on_huge_pages(Index rows, Index columns) {
+Matrix on_huge_pages(Index rows, Index columns) {
   Matrix A(rows, columns);
   prefer_huge_pages(A);
+  return A;
+}
+
+Matrix zeros_on_huge_pages(Index rows, Index columns) {
+  Matrix A = on_huge_pages(rows, columns);
   A.setZero();
   return A;
 }

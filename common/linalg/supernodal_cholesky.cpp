@@ -35,7 +35,7 @@ class Factoriser final : public Fronts {
   bool eliminate(const Front& front, Matrix& F, Matrix& rest, bool alone) override {
     if (!(alone ? shared_columns(F) : own_columns(F))) return false;
     if (front.below() > 0) subtract_square(F.bottomRows(front.below()), alone, rest);
-    store(front, F);
+    store(front, F, alone);
     return true;
   }
 
@@ -102,13 +102,15 @@ class Factoriser final : public Fronts {
   static Index pieces(Index n) { return (n + tile - 1) / tile; }
 
   // A supernode's part is a rectangle that begins on the diagonal.
-  void store(const Front& front, const Matrix& F) {
+  void store(const Front& front, const Matrix& F, bool alone) {
     const SupernodalFactor& f = factor();
     Index column = 0;
     for (Index s = front.supernode; s < front.supernode + front.n_supernodes; ++s) {
       const Index top = column, height = f.height(s);
-      for (Index j = 0; j < f.columns(s); ++j, ++column)
-        std::copy_n(F.col(column).data() + top, height, x_ + f.px[s] + j * f.stride(s));
+      share_columns(f.columns(s), alone, [&](Index j) {
+        std::copy_n(F.col(top + j).data() + top, height, x_ + f.px[s] + j * f.stride(s));
+      });
+      column += f.columns(s);
     }
   }
 
