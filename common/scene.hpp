@@ -144,15 +144,21 @@ struct WallOptions {
   SourceLine source;
 };
 
-struct BoundaryCondition {
-  std::string instance, nodes;  // a nodeset or sideset
-  std::array<bool, 3> fix{};    // in the scene's axes
-  SourceLine source;
-};
-
 struct History {
   std::vector<double> time, value;
 };  // piecewise linear; constant before and after; empty: 1
+
+// How the nodes of a boundary condition move: not at all, or by what is given of their motion.
+enum class SupportMotion { none, displacement, velocity, acceleration };
+
+struct BoundaryCondition {
+  std::string instance, nodes;  // a nodeset or sideset
+  std::array<bool, 3> fix{};    // in the scene's axes
+  SupportMotion motion = SupportMotion::none;
+  Vector3 value = Vector3::Zero();  // of the motion: what the history multiplies, 0 along axes that are not fixed
+  History history;
+  SourceLine source;
+};
 
 struct Load {
   enum class Kind { traction, force, gravity, pressure } kind = Kind::traction;

@@ -31,8 +31,8 @@ void parse_components(const SceneNode& node, const std::filesystem::path& folder
 void parse_instances(const SceneNode& node, Scene& scene, SceneNames& names);
 
 void parse_skin(const SceneNode& node, const std::filesystem::path& folder, Scene& scene);
-void parse_boundary(const SceneNode& node, const SceneNames& names, Scene& scene);
 // After parse_time(): a sine lasts until the run's end.
+void parse_boundary(const SceneNode& node, const std::filesystem::path& folder, const SceneNames& names, Scene& scene);
 void parse_loads(const SceneNode& node, const std::filesystem::path& folder, const SceneNames& names, Scene& scene);
 // {time: [...], value: [...]}, {file: CSV} or {sine: {...}}: a table in each case.
 History parse_history(const SceneNode& node, const std::filesystem::path& folder, const Scene& scene);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Skin, boundary, loads, time, output: what is done with it.
+#include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <set>
 
 #include "common/scene_parse.hpp"
@@ -60,6 +62,57 @@ void parse_step(const SceneNode& node, TimeOptions& time) {
   }
 }
 
+// Points so near each other that a velocity or displacement jumps between them, as a share of the table's length; and changes of
+// value that are round-off.
+constexpr double jump_share = 1e-8, same_share = 1e-12;
+
+// Without points that repeat a value at once, which a sine of whole cycles ends with. InputError: jumps.
+History without_jumps(const History& table, const SceneNode& node) {
+  History history;
+  double largest = 0;
+  for (const double value : table.value) largest = std::max(largest, std::abs(value));
+  for (std::size_t i = 0; i < table.time.size(); ++i) {
+    if (i > 0 && table.time[i] - history.time.back() < jump_share * (table.time.back() - table.time.front())) {
+      if (std::abs(table.value[i] - history.value.back()) <= same_share * largest) continue;
+      node.fail("jumps at the time " + std::to_string(table.time[i]) +
+                ", which takes an infinite force: let the points there stand farther apart, or give an acceleration");
+    }
+    history.time.push_back(table.time[i]);
+    history.value.push_back(table.value[i]);
+  }
+  return history;
+}
+
+// At most one of the words of motion, and its history.
+void parse_motion(const SceneMap& map, const std::filesystem::path& folder, const Scene& scene, BoundaryCondition& condition) {
+  std::string given;
+  for (const auto& [word, motion] : motion_words) {
+    const SceneNode* value = map.find(word);
+    if (value == nullptr) continue;
+    if (!given.empty()) value->fail("stands beside '" + given + "', expected one of the two: remove the other");
+    given = word;
+    condition.motion = motion;
+    condition.value = value->vector3();
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      if (condition.value[static_cast<Index>(axis)] != 0 && !condition.fix[axis])
+        value->fail(std::string("moves along ") + "xyz"[axis] + ", which 'fix' leaves free: add it to 'fix', or give 0 there");
+  }
+  const SceneNode* history = map.find("history");
+  if (condition.motion == SupportMotion::none) {
+    if (history != nullptr) history->fail("needs one of displacement, velocity, acceleration beside it");
+    return;
+  }
+  const bool is_displacement = condition.motion == SupportMotion::displacement;
+  if (is_displacement && history == nullptr)
+    map.at(given).fail("needs a history, as nodes cannot be elsewhere at once: history: {time: [0, T], value: [0, 1]}");
+  if (history == nullptr) return;
+  if (is_displacement && history->is_map() && history->map_of_any().find("sine") != nullptr)
+    history->fail("a displacement that is a sine begins with a jump of the velocity: give velocity or acceleration with the sine");
+  condition.history = parse_history(*history, folder, scene);
+  if (condition.history.time.front() < 0) history->fail("begins before the time 0, expected times from 0 on");
+  if (condition.motion != SupportMotion::acceleration) condition.history = without_jumps(condition.history, *history);
+}
+
 CheckpointOptions parse_checkpoint(const SceneNode& node, const std::filesystem::path& folder) {
   const SceneMap map = node.map({"every", "every_steps", "every_minutes", "file"});
   CheckpointOptions checkpoint;
@@ -102,14 +155,15 @@ void parse_skin(const SceneNode& node, const std::filesystem::path& folder, Scen
   scene.skin = skin;
 }
 
-void parse_boundary(const SceneNode& node, const SceneNames& names, Scene& scene) {
+void parse_boundary(const SceneNode& node, const std::filesystem::path& folder, const SceneNames& names, Scene& scene) {
   node.for_each_item([&](const SceneNode& item) {
-    const SceneMap map = item.map({"instance", "nodes", "fix"});
+    const SceneMap map = item.map({"instance", "nodes", "fix", "displacement", "velocity", "acceleration", "history"});
     BoundaryCondition condition;
     condition.source = item.source();
     condition.instance = parse_instance_name(map.at("instance"), scene, names);
     condition.nodes = map.at("nodes").text();
     condition.fix = parse_axes(map.at("fix"));
+    parse_motion(map, folder, scene, condition);
     scene.boundary.push_back(condition);
   });
 }

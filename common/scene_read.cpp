@@ -61,8 +61,8 @@ void parse_sections(const SceneMap& map, const fs::path& folder, Scene& scene) {
   // The order is that of the references, not of the file.
   if (const auto* node = map.find("instances")) parse_instances(*node, scene, names);
   if (const auto* node = map.find("skin")) parse_skin(*node, folder, scene);
-  if (const auto* node = map.find("boundary")) parse_boundary(*node, names, scene);
   if (const auto* node = map.find("time")) parse_time(*node, scene);
+  if (const auto* node = map.find("boundary")) parse_boundary(*node, folder, names, scene);
   if (const auto* node = map.find("loads")) parse_loads(*node, folder, names, scene);
   if (const auto* node = map.find("walls")) parse_walls(*node, scene, names);
   if (const auto* node = map.find("contact")) parse_contact(*node, names, scene);

@@ -27,6 +27,9 @@ inline const Words<Formulation> formulation_words = {
     {"node-face", Formulation::node_face}, {"two-way", Formulation::two_way}, {"mortar", Formulation::mortar}};
 inline const Words<WallOptions::Kind> wall_words = {
     {"plane", WallOptions::Kind::plane}, {"sphere", WallOptions::Kind::sphere}, {"cylinder", WallOptions::Kind::cylinder}};
+inline const Words<SupportMotion> motion_words = {{"displacement", SupportMotion::displacement},
+                                                  {"velocity", SupportMotion::velocity},
+                                                  {"acceleration", SupportMotion::acceleration}};
 inline const Words<Rotations> rotations_words = {{"small", Rotations::small}, {"large", Rotations::large}};
 inline const Words<Integrator> integrator_words = {
     {"exact", Integrator::exact}, {"central-difference", Integrator::central_difference}, {"newmark", Integrator::newmark}};

@@ -142,12 +142,21 @@ void write_skin(const SkinOptions& skin, std::ostream& out) {
   out << "skin: " << map.text() << "\n";
 }
 
+FlowMap& add_history(const History& history, FlowMap& map) {
+  if (history.time.empty()) return map;
+  return map.add("history", FlowMap().add("time", numbers(history.time)).add("value", numbers(history.value)).text());
+}
+
 std::string boundary_text(const BoundaryCondition& condition) {
   std::vector<std::string> axes;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (condition.fix[axis]) axes.push_back(std::string(1, "xyz"[axis]));
   }
-  return FlowMap().add("instance", word(condition.instance)).add("nodes", word(condition.nodes)).add("fix", list(axes)).text();
+  FlowMap map;
+  map.add("instance", word(condition.instance)).add("nodes", word(condition.nodes)).add("fix", list(axes));
+  if (condition.motion == SupportMotion::none) return map.text();
+  map.add(word_of(motion_words, condition.motion), vector(condition.value));
+  return add_history(condition.history, map).text();
 }
 
 std::string load_text(const Load& load) {
@@ -159,10 +168,7 @@ std::string load_text(const Load& load) {
   } else {
     map.add(is_gravity ? "gravity" : load.kind == Load::Kind::force ? "force" : "traction", vector(load.value));
   }
-  if (!load.history.time.empty()) {
-    map.add("history", FlowMap().add("time", numbers(load.history.time)).add("value", numbers(load.history.value)).text());
-  }
-  return map.text();
+  return add_history(load.history, map).text();
 }
 
 std::string wall_text(const WallOptions& wall) {

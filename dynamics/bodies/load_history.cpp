@@ -26,6 +26,16 @@ LoadHistory::LoadHistory(History history) {
 
 double LoadHistory::value(double t) const { return of_ ? history_value(of_->points, t) : 1; }
 
+double LoadHistory::integral(double from, double to) const {
+  double sum = 0;
+  for (double t = from; t < to;) {
+    const double end = std::min(to, next_bend(t));
+    sum += (end - t) * value(0.5 * (t + end));
+    t = end;
+  }
+  return sum;
+}
+
 double LoadHistory::next_bend(double t) const {
   if (!of_) return HUGE_VAL;
   const std::vector<double>& time = of_->points.time;

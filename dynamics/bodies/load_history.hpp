@@ -21,6 +21,7 @@ class LoadHistory {
 
   // Linear between its points, constant outside.
   double value(double t) const;
+  double integral(double from, double to) const;  // of value(), from <= to
   double largest() const { return of_ ? of_->largest : 1; }  // magnitude at any time
   double next_bend(double t) const;                          // the first of its times above t; HUGE_VAL: none
   bool has_points() const { return of_ != nullptr; }

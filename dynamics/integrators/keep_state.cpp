@@ -58,7 +58,7 @@ static void keep_state(StateArchive& archive, Series3& series) { archive(series.
 static void keep_state(StateArchive& archive, RunResult::OfMonitor& of) { archive(of.mean_position, of.mean_velocity, of.mean_acceleration, of.force); }
 
 static void keep_state(StateArchive& archive, RunResult::OfBody& of) {
-  archive(of.center_of_mass, of.momentum, of.angular_momentum, of.kinetic_energy, of.strain_energy);
+  archive(of.center_of_mass, of.momentum, of.angular_momentum, of.reaction, of.kinetic_energy, of.strain_energy);
   double turned_at = of.turned_at.value_or(-1);
   archive(of.rotation, turned_at, of.orientation);
   if (turned_at >= 0) of.turned_at = turned_at;

@@ -19,7 +19,7 @@ bool ends_finite(const Series3& series) {
 
 // Of all that is to be written, not of the energies alone: an angular momentum overflows long before they do.
 bool ends_finite(const RunResult::OfBody& of) {
-  return ends_finite(of.center_of_mass) && ends_finite(of.momentum) && ends_finite(of.angular_momentum) &&
+  return ends_finite(of.center_of_mass) && ends_finite(of.reaction) && ends_finite(of.momentum) && ends_finite(of.angular_momentum) &&
          ends_finite(of.kinetic_energy) && ends_finite(of.strain_energy);
 }
 bool ends_finite(const RunResult::OfMonitor& of) {
@@ -43,8 +43,9 @@ Recorder::Recorder(Simulation& simulation) : sim_(simulation) {
 void Recorder::record(double t, double interval, const std::vector<char>& resting, ContactState& state,
                       const ContactOutcome& outcome) {
   result_.time.push_back(t);
-  record_monitors(interval, state);
   record_energy(resting);
+  record_reactions(t, interval, state);
+  record_monitors(interval, state);
   record_pairs(interval, outcome);
   record_pressure(interval, state);
   check_finite(t, outcome);
@@ -139,6 +140,27 @@ void Recorder::record_energy(const std::vector<char>& resting) {
   result_.work_friction.push_back(friction);
   result_.work_damping.push_back(damping);
   result_.work_numerical.push_back(numerical);
+}
+
+// What changes the momentum beside loads and contact. Before the sums of contact begin anew.
+void Recorder::record_reactions(double t, double interval, const ContactState& state) {
+  for (std::size_t b = 0; b < sim_.supports.size(); ++b) {
+    if (!sim_.supports[b]) continue;
+    RunResult::OfBody& of = result_.bodies[b];
+    const std::vector<double>& momentum = of.momentum.values;
+    if (!(interval > 0) || momentum.size() < 6) {
+      of.reaction.add(Vector3::Zero());
+      continue;
+    }
+    const Eigen::Map<const Vector3> now(momentum.data() + momentum.size() - 3), before(momentum.data() + momentum.size() - 6);
+    Vector3 impulse = now - before;
+    for (const Supports::Resultant& load : sim_.supports[b]->loads)
+      impulse -= load.history.integral(t - interval, t) * load.force;
+    for (std::size_t c = 0; c < sim_.contact_nodes.size(); ++c)
+      if (sim_.contact_nodes[c].body == static_cast<Index>(b))
+        impulse -= state.impulses_since_output[c].colwise().sum().transpose();
+    of.reaction.add(impulse / interval);
+  }
 }
 
 void Recorder::check_finite(double t, const ContactOutcome& outcome) const {

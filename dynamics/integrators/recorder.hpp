@@ -21,6 +21,7 @@ class Recorder {
  private:
   void record_monitors(double interval, ContactState& state);
   void record_energy(const std::vector<char>& resting);
+  void record_reactions(double t, double interval, const ContactState& state);
   void record_pairs(double interval, const ContactOutcome& outcome);
   void record_pressure(double interval, ContactState& state);
   void check_finite(double t, const ContactOutcome& outcome) const;

@@ -77,8 +77,18 @@ struct Monitor {
   std::vector<Index> contact_slots;  // contact nodes of that body that belong to this surface
 };
 
+// Of a body with supports: the resultants of its loads, scene axes.
+struct Supports {
+  struct Resultant {
+    Vector3 force;
+    LoadHistory history;
+  };
+  std::vector<Resultant> loads;
+};
+
 struct Simulation {
   std::vector<std::unique_ptr<Body>> bodies;
+  std::vector<std::optional<Supports>> supports;  // per body; none: it is free. Empty: nobody asks
   std::vector<ContactNodes> contact_nodes;
   std::vector<ContactPair> pairs;
   std::vector<Monitor> monitors;
@@ -118,6 +128,7 @@ struct RunResult {
   };
   struct OfBody {
     Series3 center_of_mass, momentum, angular_momentum;
+    Series3 reaction;  // force of all supports on a body that has some, mean since the last output
     std::vector<double> kinetic_energy, strain_energy;
     std::vector<double> orientation;       // n x 4, w x y z since the start; empty: the body is linear
     double rotation = 0;                   // rad, the largest at an output

@@ -32,6 +32,7 @@ void write_bodies(Hdf5Writer& file, const Simulation& simulation, const RunResul
     file.write(group + "angular_momentum", points(of.angular_momentum));
     file.write(group + "kinetic_energy", of.kinetic_energy);
     file.write(group + "strain_energy", of.strain_energy);
+    if (!of.reaction.values.empty()) file.write(group + "reaction", points(of.reaction));
     if (of.orientation.empty()) continue;
     const auto n = static_cast<Index>(of.orientation.size()) / 4;
     file.write(group + "orientation", Matrix(Eigen::Map<const RowMatrix>(of.orientation.data(), n, 4)));
@@ -66,6 +67,7 @@ void write_contact(Hdf5Writer& file, const Simulation& simulation, const RunResu
 double values_per_output(const Simulation& simulation) {
   double values = 8;  // time, energies and works, active
   values += 11 * static_cast<double>(simulation.bodies.size()) + 12 * static_cast<double>(simulation.monitors.size());
+  for (const auto& supports : simulation.supports) values += supports ? 3 : 0;
   for (const ContactPair& pair : simulation.pairs) values += pair.of_all ? 0 : 10;
   return values;
 }
@@ -91,7 +93,7 @@ void write_results(const std::filesystem::path& path, const Simulation& simulati
   const auto start = Clock::now();
   Hdf5Writer file(path);
   file.attribute("/", "format", std::string("cbr-results"));
-  file.attribute("/", "format_version", std::string("1.4"));
+  file.attribute("/", "format_version", std::string("1.5"));
   file.attribute("/", "generator", std::string("cbr-dyn ") + version());
   Index n_dofs = 0;
   for (const auto& body : simulation.bodies) n_dofs += body->n_dofs();

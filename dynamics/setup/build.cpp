@@ -50,18 +50,21 @@ void require_load_inside(const Scene& scene, const Instance& instance, const Geo
                    "or add it to reduction.interface, where a nodeset has to be");
 }
 
-void add_load_inside(const Superelement& s, const Superelement::InteriorLoad& inside, const Load& load, const Matrix3& T,
-                     const LoadHistory& history, Body& body) {
+// Returns the resultant.
+Vector3 add_load_inside(const Superelement& s, const Superelement::InteriorLoad& inside, const Load& load, const Matrix3& T,
+                        const LoadHistory& history, Body& body) {
   const Vector3 traction = load.kind == Load::Kind::force ? Vector3(load.value / inside.weight) : load.value;
   const Vector Q = inside.force * (T.transpose() * traction);  // on [q_k; u_c], component axes
   Points forces = Points::Zero(body.n_nodes(), 3);
   for (Index i = 0; i < s.c(); ++i) forces(s.dof_node[i], s.dof_component[i]) = Q(s.k() + i);
   body.add_force(forces * T.transpose(), history);
   if (s.k() > 0) body.add_modal_force(Q.head(s.k()), history);
+  return inside.weight * traction;
 }
 
-// A pressure pushes into the faces: -p times the nodes' share of the area, as vectors along the outward normals.
-void add_pressure(const Load& load, const BuiltScene::OfInstance& of, const LoadHistory& history, Body& body) {
+// A pressure pushes into the faces: -p times the nodes' share of the area, as vectors along the outward normals. Returns the
+// resultant.
+Vector3 add_pressure(const Load& load, const BuiltScene::OfInstance& of, const LoadHistory& history, Body& body) {
   const Geometry& geometry = *of.geometry;
   if (is_nodeset(geometry, load.surface))
     throw InputError(load.source.text() + ": '" + load.surface + "' of instance '" + load.instance +
@@ -70,7 +73,9 @@ void add_pressure(const Load& load, const BuiltScene::OfInstance& of, const Load
     throw InputError(load.source.text() + ": a pressure on '" + load.surface + "' inside the superelement of instance '" +
                      load.instance + "' is not known: add the sideset to reduction.interface, or give traction");
   const Surface& surface = find_surface(geometry, load.instance, load.surface, load.source);
-  body.add_force(-load.value[0] * face_normals(surface, geometry.coordinates) * of.placement.T.transpose(), history);
+  const Points forces = -load.value[0] * face_normals(surface, geometry.coordinates) * of.placement.T.transpose();
+  body.add_force(forces, history);
+  return forces.colwise().sum().transpose();
 }
 
 // What each node takes of a load, n: its share of the faces' area, or one, of a nodeset.
@@ -82,6 +87,12 @@ Vector load_weights(const Geometry& geometry, const Load& load) {
   return weights;
 }
 
+// For the reactions of supports.
+void add_resultant(Index body, const Vector3& force, const LoadHistory& history, Simulation& simulation) {
+  if (simulation.supports.empty() || !simulation.supports[body]) return;
+  simulation.supports[body]->loads.push_back({force, history});
+}
+
 // Of surfaces and histories that many loads have there is one of each.
 void add_loads(const SceneIndex& index, BuiltScene& built) {
   std::map<std::pair<const Geometry*, std::string>, Vector> weights;
@@ -90,18 +101,24 @@ void add_loads(const SceneIndex& index, BuiltScene& built) {
     built.momentum_is_kept = false;
     const LoadHistory& history = *histories.emplace(load.history).first;
     if (load.kind == Load::Kind::gravity) {
-      for (auto& body : built.simulation.bodies) body->add_gravity(load.value, history);
+      for (std::size_t b = 0; b < built.instances.size(); ++b) {
+        built.simulation.bodies[b]->add_gravity(load.value, history);
+        add_resultant(static_cast<Index>(b), built.instances[b].mass * load.value, history, built.simulation);
+      }
       continue;
     }
     const Index i = index.place(load.instance);
     const Geometry& geometry = *built.instances[i].geometry;
     if (load.kind == Load::Kind::pressure) {
-      add_pressure(load, built.instances[i], history, *built.simulation.bodies[i]);
+      const Vector3 force = add_pressure(load, built.instances[i], history, *built.simulation.bodies[i]);
+      add_resultant(i, force, history, built.simulation);
       continue;
     }
     if (const auto* inside = load_inside(built.instances[i], load.surface)) {
       const Superelement& s = *built.instances[i].parts[0].superelement;
-      add_load_inside(s, *inside, load, built.instances[i].placement.T, history, *built.simulation.bodies[i]);
+      const Vector3 force =
+          add_load_inside(s, *inside, load, built.instances[i].placement.T, history, *built.simulation.bodies[i]);
+      add_resultant(i, force, history, built.simulation);
       continue;
     }
     require_load_inside(index.scene(), index.scene().instances[i], geometry, load);
@@ -110,6 +127,7 @@ void add_loads(const SceneIndex& index, BuiltScene& built) {
     if (is_new) of->second = load_weights(geometry, load);
     const Vector3 traction = load.kind == Load::Kind::force ? Vector3(load.value / of->second.sum()) : load.value;
     built.simulation.bodies[i]->add_force(of->second * traction.transpose(), history);
+    add_resultant(i, of->second.sum() * traction, history, built.simulation);
   }
 }
 
@@ -287,6 +305,7 @@ class Builder {
     }
     of.n_shell_faces = skin_faces(scene_, instance.name, *of.geometry).rows();
     built_.simulation.bodies.push_back(std::move(made.body));
+    built_.simulation.supports.push_back(index_.is_held(instance) ? std::optional<Supports>(Supports()) : std::nullopt);
     built_.instances.push_back(std::move(of));
   }
 

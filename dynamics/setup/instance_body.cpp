@@ -7,17 +7,23 @@
 
 #include "dynamics/bodies/characteristic_form.hpp"
 #include "dynamics/bodies/coupled_body.hpp"
+#include "dynamics/bodies/driven_body.hpp"
 #include "dynamics/bodies/scaled_body.hpp"
 #include "dynamics/bodies/statics_body.hpp"
 #include "dynamics/bodies/superelement_body.hpp"
 #include "dynamics/bodies/turning_body.hpp"
 #include "dynamics/setup/skin_shells.hpp"
+#include "dynamics/setup/support_motion.hpp"
 #include "dynamics/setup/turning.hpp"
 
 namespace cbr {
 namespace {
 
-Placement placement_of(const Instance& instance) { return {instance.transformation(), instance.position, instance.velocity}; }
+// In axes that move with the supports.
+Placement placement_of(const SceneIndex& index, const Instance& instance) {
+  const Vector3 of_supports = support_motion(index, instance).velocity(0);
+  return {instance.transformation(), instance.position, instance.velocity - of_supports};
+}
 
 Scheme scheme_of(const TimeOptions& time) {
   if (time.integrator == Integrator::newmark) return Scheme::newmark;
@@ -78,7 +84,7 @@ InstanceBody BodyMaker::make_coupled(const Instance& instance, const Geometry& g
     system = std::make_shared<CoupledSystem>(shelled.model, std::move(held), where(instance));
     if (free) shelled.system = system;
   }
-  return {std::make_unique<CoupledBody>(instance.name, system, placement_of(instance), scheme, NewmarkOptions{scene_.time->alpha}),
+  return {std::make_unique<CoupledBody>(instance.name, system, placement_of(index_, instance), scheme, NewmarkOptions{scene_.time->alpha}),
           shelled.model->rigid_body.mass};
 }
 
@@ -87,7 +93,7 @@ InstanceBody BodyMaker::make_scaled_from_matrices(const Instance& instance, cons
   std::shared_ptr<ScaledModel> of_instance;
   std::shared_ptr<ScaledModel>& model = held.empty() ? scaled_[component.superelement.get()] : of_instance;
   if (!model) model = scaled_model(component.superelement, std::move(held), where(instance));
-  return {std::make_unique<ScaledBody>(instance.name, model, placement_of(instance)), component.rigid_body.mass};
+  return {std::make_unique<ScaledBody>(instance.name, model, placement_of(index_, instance)), component.rigid_body.mass};
 }
 
 std::shared_ptr<const DiagonalForm> BodyMaker::held_form(const Instance& instance, const ReducedComponent& component) {
@@ -111,7 +117,7 @@ InstanceBody BodyMaker::make_with_statics(const Instance& instance, const Reduce
     form = known != forms.end() ? known->second : held_statics_form(*component.superelement, *form, held, where(instance));
     if (known == forms.end()) forms.emplace_back(std::move(held), form);
   }
-  return {std::make_unique<StaticsBody>(instance.name, component.superelement, form, placement_of(instance),
+  return {std::make_unique<StaticsBody>(instance.name, component.superelement, form, placement_of(index_, instance),
                                         scheme_of(*scene_.time), NewmarkOptions{scene_.time->alpha}),
           component.rigid_body.mass};
 }
@@ -123,9 +129,9 @@ InstanceBody BodyMaker::make_modal(const Instance& instance, const ReducedCompon
   if (scene_.time->mass_scaling && index_.may_touch(instance)) {
     std::shared_ptr<ScaledModel>& model = scaled_[form.get()];
     if (!model) model = scaled_model(component.superelement, form);
-    return {std::make_unique<ScaledBody>(instance.name, model, placement_of(instance)), component.rigid_body.mass};
+    return {std::make_unique<ScaledBody>(instance.name, model, placement_of(index_, instance)), component.rigid_body.mass};
   }
-  return {std::make_unique<SuperelementBody>(instance.name, component.superelement, form, placement_of(instance),
+  return {std::make_unique<SuperelementBody>(instance.name, component.superelement, form, placement_of(index_, instance),
                                              scheme_of(*scene_.time), NewmarkOptions{scene_.time->alpha}),
           component.rigid_body.mass};
 }
@@ -143,14 +149,28 @@ InstanceBody BodyMaker::make_modal_with_shells(const Instance& instance, const R
     if (!with.form) with.form = form_of({});
     form = with.form;
   }
-  return {std::make_unique<SuperelementBody>(instance.name, with.nodes, form, placement_of(instance), Scheme::exact),
+  return {std::make_unique<SuperelementBody>(instance.name, with.nodes, form, placement_of(index_, instance), Scheme::exact),
           with.model->rigid_body.mass};
 }
 
 InstanceBody BodyMaker::make(const Instance& instance, const ReducedComponent& component) {
+  return driven(instance, make_held(instance, component));
+}
+
+InstanceBody BodyMaker::make(const Instance& instance, const MeshedComponent& component) {
+  return driven(instance, make_held(instance, component));
+}
+
+InstanceBody BodyMaker::driven(const Instance& instance, InstanceBody held) const {
+  DrivenMotion motion = support_motion(index_, instance);
+  if (!motion.empty()) held.body = std::make_unique<DrivenBody>(std::move(held.body), std::move(motion), held.mass);
+  return held;
+}
+
+InstanceBody BodyMaker::make_held(const Instance& instance, const ReducedComponent& component) {
   if (scene_.time->rotations == Rotations::large) {
     require_turning(index_, instance, component);
-    return {std::make_unique<TurningBody>(instance.name, component.superelement, component.form, placement_of(instance),
+    return {std::make_unique<TurningBody>(instance.name, component.superelement, component.form, placement_of(index_, instance),
                                           instance.angular_velocity),
             component.rigid_body.mass};
   }
@@ -162,10 +182,10 @@ InstanceBody BodyMaker::make(const Instance& instance, const ReducedComponent& c
                                                            : make_modal(instance, component);
 }
 
-InstanceBody BodyMaker::make(const Instance& instance, const MeshedComponent& component) {
+InstanceBody BodyMaker::make_held(const Instance& instance, const MeshedComponent& component) {
   if (coordinates_of_mesh(scene_, instance, *component.geometry) == Coordinates::coupled)
     return make_coupled(instance, *component.geometry, shelled(instance, component));
-  return {std::make_unique<MeshBody>(instance.name, component.model, placement_of(instance),
+  return {std::make_unique<MeshBody>(instance.name, component.model, placement_of(index_, instance),
                                      held_directions(index_, instance, *component.geometry), threads_),
           component.model->rigid_body.mass};
 }

@@ -27,7 +27,7 @@ class BodyMaker {
   BodyMaker(const SceneIndex& index, std::shared_ptr<RowThreads> threads)
       : index_(index), scene_(index.scene()), threads_(std::move(threads)) {}
 
-  // InputError: boundary conditions on nodes that are not there; shells that cannot be. RunError: a mass that is not positive
+  // InputError: boundary conditions on nodes that are not there, or that move unlike each other; shells that cannot be. RunError: a mass that is not positive
   // definite.
   InstanceBody make(const Instance& instance, const ReducedComponent& component);
   InstanceBody make(const Instance& instance, const MeshedComponent& component);
@@ -39,6 +39,10 @@ class BodyMaker {
     std::shared_ptr<const DiagonalForm> form;   // of the free model
     std::shared_ptr<CoupledSystem> system;      // likewise
   };
+  // With supports at rest, in axes that move with them; and with their motion.
+  InstanceBody make_held(const Instance& instance, const ReducedComponent& component);
+  InstanceBody make_held(const Instance& instance, const MeshedComponent& component);
+  InstanceBody driven(const Instance& instance, InstanceBody held) const;
   template <typename Component>
   Shelled& shelled(const Instance& instance, const Component& component);
   InstanceBody make_coupled(const Instance& instance, const Geometry& geometry, Shelled& shelled);

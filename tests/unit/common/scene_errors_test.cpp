@@ -242,7 +242,7 @@ const std::vector<Mistake> mistakes = {
     {"surfaces: [contact]", "surfaces: []", {"skin.surfaces: is empty"}},
     {"mesh: meshes/block.msh", "mesh: ''", {"components.block.mesh: found an empty word"}},
     {"mesh: meshes/block.msh", "mesh:", {"components.block.mesh: found nothing, expected a word"}},
-    {"boundary:\n  - {instance: left, nodes: clamp, fix: [x, z]}",
+    {"boundary:\n  - {instance: left, nodes: clamp, fix: [x, z], velocity: [0.5, 0, 2], history: {time: [0, 1e-6, 3e-6], value: [0, 1, 0]}}",
      "boundary: {instance: left}",
      {"boundary: found a map, expected a list"}},
     {"  steel:", "  [a]:", {"impact.yaml:2: materials: a key is not a plain word"}},

@@ -75,6 +75,9 @@ TEST(Scene, everyKeyOfARunArrives) {
   EXPECT_EQ(scene.skin->thickness, 2.5e-10);
   EXPECT_EQ(scene.skin->mesh, folder / "skins/skinned.msh");
   EXPECT_EQ(scene.boundary.at(0).fix, (std::array<bool, 3>{true, false, true}));
+  EXPECT_EQ(scene.boundary[0].motion, SupportMotion::velocity);
+  EXPECT_EQ(scene.boundary[0].value, Vector3(0.5, 0, 2));
+  EXPECT_EQ(scene.boundary[0].history.value, (std::vector<double>{0, 1, 0}));
   ASSERT_EQ(scene.loads.size(), 3u);
   EXPECT_EQ(scene.loads[0].history.value, (std::vector<double>{0, 6.9e8, 0}));
   EXPECT_EQ(scene.loads[1].kind, Load::Kind::force);

@@ -1,0 +1,64 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the shaken beam must show: tip and reaction as the transfer function of its matrices has them, work and energy in balance."""
+import sys
+
+import h5py
+import numpy as np
+
+HZ, ACCELERATION, ALPHA, BETA = 25.0, 10.0, 30.0, 1e-6
+omega = 2 * np.pi * HZ
+
+with h5py.File(sys.argv[1] + "/beam.cbr.h5") as f:
+    eigenvalues, K_cc, M_cc, M_kc = (f["matrices/" + name][:] for name in ("eigenvalues", "K_cc", "M_cc", "M_kc"))
+    node, component, x = f["dofs/node"][:], f["dofs/component"][:], f["nodes/coordinates"][:, 0]
+    mass = float(f["rigid_body/mass"][()].item())
+k, c = len(eigenvalues), len(node)
+K = np.block([[np.diag(eigenvalues), np.zeros((k, c))], [np.zeros((c, k)), K_cc]])
+M = np.block([[np.eye(k), M_kc], [M_kc.T, M_cc]])
+held = k + np.flatnonzero(x[node] < x.min() + 1e-9)
+free = np.setdiff1d(np.arange(k + c), held)
+tip = k + np.flatnonzero((x[node] > x.max() - 1e-9) & (component == 2))
+along = np.zeros(k + c)
+along[k + np.flatnonzero(component == 2)] = 1
+
+# Motion relative to the base: (K + i omega C - omega^2 M) w = -M 1 a, damping acts on it alone
+w = np.zeros(k + c, complex)
+D = K + 1j * omega * (ALPHA * M + BETA * K) - omega**2 * M
+w[free] = np.linalg.solve(D[np.ix_(free, free)], -(M @ along)[free] * ACCELERATION)
+tip_expected = w[tip].mean()
+# The supports' force is what changes the momentum
+force_expected = mass * ACCELERATION - omega**2 * (along @ M @ w)
+
+with h5py.File(sys.argv[1] + "/beam.h5") as f:
+    t = f["time"][:]
+    z = {name: f[f"surfaces/beam.{name}/mean_position"][:, 2] for name in ("x_min", "x_max")}
+    reaction = f["instances/beam/reaction"][:, 2]
+    total, external, damping = (f["energy/" + name][:] for name in ("total", "work_external", "work_damping"))
+
+
+def amplitude(value, at):
+    """Complex amplitude of the sine in the last fifth of the run, when the start has died away, beside a straight line."""
+    late = at > 0.8
+    columns = [np.sin(omega * at[late]), np.cos(omega * at[late]), np.ones(late.sum()), at[late]]
+    s, c, _, _ = np.linalg.lstsq(np.array(columns).T, value[late], rcond=None)[0]
+    return s + 1j * c
+
+
+interval = t[1] - t[0]
+mean = np.sinc(HZ * interval)  # of a sine over the interval between two outputs, which a reaction is the mean of
+tip_found = amplitude(z["x_max"] - z["x_min"], t)
+force_found = amplitude(reaction, t - interval / 2) / mean
+checks = [
+    ("tip beside the base, from the transfer function", abs(tip_found / tip_expected - 1), 1e-3),
+    ("force of the shaker, likewise", abs(force_found / force_expected - 1), 1e-3),
+    ("base, from its double integral", abs(amplitude(z["x_min"], t) / (-ACCELERATION / omega**2) - 1), 1e-3),
+    ("energy that no work accounts for, share", np.abs(total - total[0] - external - damping).max() / total.max(), 1e-9),
+]
+missed = 0
+for what, value, bound in checks:
+    held_to = value <= bound
+    missed += not held_to
+    print(f"{what:50s} {value:12.4g}  bound {bound:8.3g}  {'held' if held_to else 'MISSED'}")
+print(f"tip: {abs(tip_found) * 1e3:.3f} mm, {abs(tip_found) * omega**2 / ACCELERATION:.2f} times the base's swing")
+sys.exit(missed > 0)
