@@ -10,6 +10,7 @@
 
 #include "common/checksum.hpp"
 #include "common/error.hpp"
+#include "common/staleness.hpp"
 #include "common/number_text.hpp"
 #include "common/scene.hpp"
 #include "common/scene_words.hpp"
@@ -33,6 +34,11 @@ std::string material_text(const Scene& scene, const std::string& material) {
   const auto found = scene.materials.find(material);
   if (found == scene.materials.end()) return "none";
   const Material& m = found->second;
+  if (m.orthotropy) {
+    std::string text;
+    for (const auto& [what, value] : material_provenance(m)) text += what + " " + value + " ";
+    return text;
+  }
   return number_text(m.youngs_modulus) + " " + number_text(m.poissons_ratio) + " " + number_text(m.density);
 }
 

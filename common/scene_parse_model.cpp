@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Materials, components, instances: what there is.
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+
 #include <algorithm>
+#include <cmath>
 
 #include "common/error.hpp"
 #include "common/scene_parse.hpp"
@@ -16,8 +20,44 @@ std::vector<std::string> keys_of(const std::map<std::string, Value>& map) {
   return keys;
 }
 
+Vector3 positive_vector(const SceneNode& node) {
+  const Vector3 value = node.vector3();
+  if (!(value.minCoeff() > 0)) node.fail("found a number that is not positive, expected three positive ones");
+  return value;
+}
+
+// E_1 E_2 E_3, nu_12 nu_23 nu_13, G_12 G_23 G_13, and two axes of the material, the second made normal to the first.
+Orthotropy parse_orthotropy(const SceneMap& map) {
+  Orthotropy of{.youngs_moduli = positive_vector(map.at("youngs_modulus")),
+                .poissons_ratios = map.at("poissons_ratio").vector3(),
+                .shear_moduli = positive_vector(map.at("shear_modulus"))};
+  const Matrix3 normal = normal_stiffness(of);
+  if (!(normal(0, 0) > 0 && normal.topLeftCorner<2, 2>().determinant() > 0 && normal.determinant() > 0))
+    map.at("poissons_ratio").fail("with these moduli strains exist that would give energy: expected nu_12^2 below E_1 / E_2, "
+                                  "nu_23^2 below E_2 / E_3, nu_13^2 below E_1 / E_3, and all three small enough together");
+  const SceneNode* axes = map.find("axes");
+  if (axes == nullptr) return of;
+  const std::vector<SceneNode> rows = axes->list();
+  if (rows.size() != 2) axes->fail("expected two lists of three numbers: the material's axes 1 and 2, in those of the mesh");
+  // What is orthonormal to round-off stays as it is: a scene that is passed on means the same material to the last bit.
+  constexpr double round_off = 1e-14, parallel = 1e-6;
+  const auto unit = [](const Vector3& v) { return std::abs(v.norm() - 1) < round_off ? v : Vector3(v / v.norm()); };
+  const Vector3 first = unit(rows[0].vector3()), given = unit(rows[1].vector3());
+  const double along = first.dot(given);
+  if (!(std::abs(along) < 1 - parallel)) axes->fail("are zero or parallel, expected two directions");
+  const Vector3 second = std::abs(along) < round_off ? given : unit(given - along * first);
+  of.axes << first.transpose(), second.transpose(), first.cross(second).transpose();
+  return of;
+}
+
 Material parse_material(const SceneNode& node) {
-  const SceneMap map = node.map({"youngs_modulus", "poissons_ratio", "density", "damping"});
+  const SceneMap map = node.map({"youngs_modulus", "poissons_ratio", "shear_modulus", "axes", "density", "damping"});
+  if (map.find("shear_modulus") != nullptr) {
+    const Orthotropy orthotropy = parse_orthotropy(map);
+    return {.youngs_modulus = orthotropy.youngs_moduli.mean(), .density = map.at("density").positive(), .orthotropy = orthotropy};
+  }
+  if (const auto* axes = map.find("axes"))
+    axes->fail("needs shear_modulus, and three numbers under each modulus and ratio: an isotropic material has no axes");
   return {.youngs_modulus = map.at("youngs_modulus").positive(),
           .poissons_ratio = map.at("poissons_ratio").in_open_range(-1, 0.5),
           .density = map.at("density").positive()};

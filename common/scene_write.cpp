@@ -226,7 +226,13 @@ void write_scene(const Scene& scene, std::ostream& out) {
   out << "materials:\n";
   for (const auto& [material_name, material] : scene.materials) {
     FlowMap map;
-    map.add("youngs_modulus", number_text(material.youngs_modulus)).add("poissons_ratio", number_text(material.poissons_ratio));
+    if (const auto& of = material.orthotropy) {
+      map.add("youngs_modulus", vector(of->youngs_moduli)).add("poissons_ratio", vector(of->poissons_ratios));
+      map.add("shear_modulus", vector(of->shear_moduli));
+      map.add("axes", list({vector(of->axes.row(0).transpose()), vector(of->axes.row(1).transpose())}));
+    } else {
+      map.add("youngs_modulus", number_text(material.youngs_modulus)).add("poissons_ratio", number_text(material.poissons_ratio));
+    }
     map.add("density", number_text(material.density));
     if (const auto damping = scene.damping.find(material_name); damping != scene.damping.end()) {
       FlowMap of;

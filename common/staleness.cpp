@@ -84,9 +84,9 @@ void compare_blocks(const Scene& scene, const Component& component, const Proven
       const std::string word = word_of(hex8_words, own ? own->element.value_or(component.element) : component.element);
       if (in_file.starts_with("hex8")) differences.add("element of block " + block, in_file, word);
     } else if (material != scene.materials.end()) {
-      const Material& m = material->second;
-      const double number = what == "density" ? m.density : what == "poissons_ratio" ? m.poissons_ratio : m.youngs_modulus;
-      differences.add(what + " of block " + block, in_file, number_text(number));
+      const Provenance own_numbers = material_provenance(material->second);
+      const auto number = own_numbers.find(what);
+      differences.add(what + " of block " + block, in_file, number != own_numbers.end() ? number->second : "none");
     }
   }
 }
@@ -101,6 +101,23 @@ MassKind wanted_mass(const Component& component, const Provenance& file) {
 }
 
 }  // namespace
+
+Provenance material_provenance(const Material& m) {
+  const auto three = [](const Vector3& v) { return "[" + number_text(v[0]) + ", " + number_text(v[1]) + ", " + number_text(v[2]) + "]"; };
+  Provenance p;
+  p["density"] = number_text(m.density);
+  if (!m.orthotropy) {
+    p["youngs_modulus"] = number_text(m.youngs_modulus);
+    p["poissons_ratio"] = number_text(m.poissons_ratio);
+    return p;
+  }
+  const Orthotropy& of = *m.orthotropy;
+  p["youngs_modulus"] = three(of.youngs_moduli);
+  p["poissons_ratio"] = three(of.poissons_ratios);
+  p["shear_modulus"] = three(of.shear_moduli);
+  p["axes"] = "[" + three(of.axes.row(0).transpose()) + ", " + three(of.axes.row(1).transpose()) + "]";
+  return p;
+}
 
 Provenance option_provenance(const Component& component, MassKind mass) {
   const ReductionOptions& reduction = *component.reduction;

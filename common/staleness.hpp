@@ -13,6 +13,9 @@ namespace cbr {
 // The mass and the component's reduction options by the names that /provenance has.
 std::map<std::string, std::string> option_provenance(const Component& component, MassKind mass);
 
+// Constants of a material by the names that a scene has.
+std::map<std::string, std::string> material_provenance(const Material& material);
+
 // What /provenance of the component's superelement says otherwise than the scene, as "modes: 40 in the file, 41 in the scene";
 // differences are joined by "; ". When there is none: that what contact and supports ask of the interface has changed.
 // Precondition: the component has a reduction.

@@ -154,9 +154,7 @@ std::map<std::string, std::string> provenance(const Component& component, const 
     if (dimension(mesh.blocks[b].type) != 3) continue;
     const Material& m = properties[b].material;
     const std::string key = "block " + mesh.blocks[b].name + ": ";
-    p[key + "youngs_modulus"] = number_text(m.youngs_modulus);
-    p[key + "poissons_ratio"] = number_text(m.poissons_ratio);
-    p[key + "density"] = number_text(m.density);
+    for (const auto& [what, value] : material_provenance(m)) p[key + what] = value;
     const ElementType type = mesh.blocks[b].type;
     p[key + "element"] = type == ElementType::hex8 ? word_of(hex8_words, properties[b].hex8) : std::string(name(type));
   }

@@ -83,7 +83,7 @@ Matrix element_stiffness(ElementType type, Hex8Formulation hex8, const Points& X
   return with_node_count(type, [&](auto n) -> Matrix {
     const auto local = isoparametric::local_coordinates<n()>(X);
     const auto A = isoparametric::gradients<n()>(local, reference_element(type).stiffness);
-    return isoparametric::elastic_stiffness<n()>(A, isoparametric::Lame(material));
+    return isoparametric::elastic_stiffness<n()>(A, isoparametric::Elasticity(material));
   });
 }
 
@@ -154,9 +154,7 @@ Eigen::Matrix<double, 6, 1> element_stress(ElementType type, Hex8Formulation hex
     // H_ab = du_a/dx_b
     return isoparametric::local_coordinates<n()>(u).transpose().lazyProduct(g);
   });
-  const isoparametric::Lame lame(material);
-  const Matrix3 strain = 0.5 * (H + H.transpose());
-  const Matrix3 stress = lame.lambda * strain.trace() * Matrix3::Identity() + 2 * lame.mu * strain;
+  const Matrix3 stress = isoparametric::Elasticity(material).stress(0.5 * (H + H.transpose()));
   return {stress(0, 0), stress(1, 1), stress(2, 2), stress(0, 1), stress(1, 2), stress(2, 0)};
 }
 

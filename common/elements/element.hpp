@@ -2,6 +2,7 @@
 // Element matrices of linear elasticity. One family per .cpp: shape functions, quadrature, stiffness, mass.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -10,10 +11,22 @@
 
 namespace cbr {
 
+// Three planes of symmetry, normal to the material's axes 1, 2, 3.
+struct Orthotropy {
+  Vector3 youngs_moduli;               // E_1, E_2, E_3
+  Vector3 poissons_ratios;             // nu_12, nu_23, nu_13; nu_ij: -strain along j per strain along i of a pull along i
+  Vector3 shear_moduli;                // G_12, G_23, G_13
+  Matrix3 axes = Matrix3::Identity();  // rows: the material's axes in those of the component, orthonormal, right-handed
+};
+// E_i / (1 - nu nu) ..., the stiffness of the normal strains, material's axes   (3 x 3, symmetric). Its eigenvalues are positive
+// where the constants are those of a material.
+Matrix3 normal_stiffness(const Orthotropy& orthotropy);
+
 struct Material {
   double youngs_modulus = 0;  // E, > 0
   double poissons_ratio = 0;  // nu, in (-1, 0.5)
   double density = 0;         // rho, > 0
+  std::optional<Orthotropy> orthotropy = {};  // in place of E and nu, which then are the mean of E_i and 0: for magnitudes only
 };
 
 // Only 8-node hexes have a choice; the other types have the one formulation that fits them.

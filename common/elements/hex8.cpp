@@ -8,8 +8,8 @@ namespace cbr {
 namespace {
 
 using isoparametric::DofMatrix;
+using isoparametric::Elasticity;
 using isoparametric::Gradients;
-using isoparametric::Lame;
 
 // Columns as of gradients<8>, below them those of the three incompatible functions 1 - xi_k^2, rows 3 (8 + k) + a.
 Gradients<11> enhanced_gradients(const Hex8Nodes& X) {
@@ -37,11 +37,11 @@ Gradients<11> enhanced_gradients(const Hex8Nodes& X) {
 
 Hex8Matrix hex8_stiffness(const Hex8Nodes& X, const Material& material) {
   const auto A = isoparametric::gradients<8>(X, reference_element(ElementType::hex8).stiffness);
-  return isoparametric::elastic_stiffness<8>(A, Lame(material));
+  return isoparametric::elastic_stiffness<8>(A, Elasticity(material));
 }
 
 Hex8Matrix hex8_incompatible_stiffness(const Hex8Nodes& X, const Material& material) {
-  const DofMatrix<11> K = isoparametric::elastic_stiffness<11>(enhanced_gradients(X), Lame(material));
+  const DofMatrix<11> K = isoparametric::elastic_stiffness<11>(enhanced_gradients(X), Elasticity(material));
   // Y = L^-1 K_au, K_aa = L L^T   (9 x 24)
   const Eigen::LLT<Eigen::Matrix<double, 9, 9>> llt(K.bottomRightCorner<9, 9>());
   Eigen::Matrix<double, 9, 24> Y = K.bottomLeftCorner<9, 24>();
@@ -72,10 +72,10 @@ MeanGradient hex8_mean_gradient(const Hex8Nodes& X) {
 
 Hex8Matrix hex8_hourglass_stiffness(const Hex8Nodes& X, const Material& material) {
   const auto [b, volume] = hex8_mean_gradient(X);
-  const Lame lame(material);
+  const Elasticity elasticity(material);
   Gradients<8> A(24, 1);
   Eigen::Map<Hex8Nodes>(A.data()) = std::sqrt(volume) * b;
-  Hex8Matrix K = isoparametric::elastic_stiffness<8>(A, lame);
+  Hex8Matrix K = isoparametric::elastic_stiffness<8>(A, elasticity);
 
   // The four products of two or three of the nodes' reference coordinates: eta zeta, zeta xi, xi eta, xi eta zeta.
   Eigen::Matrix<double, 8, 4> h;
@@ -83,7 +83,7 @@ Hex8Matrix hex8_hourglass_stiffness(const Hex8Nodes& X, const Material& material
   // gamma = (h - b X^T h) / sqrt 8   (8 x 4)
   const Eigen::Matrix<double, 3, 4> slopes = X.transpose().lazyProduct(h);
   const Eigen::Matrix<double, 8, 4> gamma = (h - b.lazyProduct(slopes)) / std::sqrt(8.0);
-  const double scale = hourglass_coefficient * (lame.lambda + 2 * lame.mu) * volume * b.squaredNorm();
+  const double scale = hourglass_coefficient * elasticity.wave_modulus() * volume * b.squaredNorm();
   for (int j = 0; j < 8; ++j)
     for (int i = 0; i < 8; ++i) K.block<3, 3>(3 * i, 3 * j).diagonal().array() += scale * gamma.row(i).dot(gamma.row(j));
   return K;

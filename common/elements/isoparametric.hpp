@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/LU>
+#include <array>
 #include <cassert>
 #include <cmath>
 
@@ -20,11 +21,31 @@ using DofMatrix = Eigen::Matrix<double, 3 * n, 3 * n>;
 template <int n>
 using Gradients = Eigen::Matrix<double, 3 * n, Eigen::Dynamic, Eigen::ColMajor, 3 * n, 27>;
 
-struct Lame {
-  double lambda, mu;
-  explicit Lame(const Material& m)
-      : lambda(m.youngs_modulus * m.poissons_ratio / ((1 + m.poissons_ratio) * (1 - 2 * m.poissons_ratio))),
-        mu(m.youngs_modulus / (2 * (1 + m.poissons_ratio))) {}
+// C_acbd, component axes: stress_ac = C_acbd strain_bd.
+class Elasticity {
+ public:
+  explicit Elasticity(const Material& material);
+
+  // k_ab = C_acbd s_cd, s a 3 x 3 matrix of gradients' products
+  Matrix3 stiffness(const Matrix3& s) const {
+    Matrix3 k;
+    if (is_isotropic_) {
+      k = lambda_ * s + mu_ * s.transpose();
+      k.diagonal().array() += mu_ * s.trace();
+      return k;
+    }
+    for (int a = 0; a < 3; ++a)
+      for (int b = 0; b < 3; ++b) k(a, b) = C_[static_cast<std::size_t>(3 * a + b)].cwiseProduct(s).sum();
+    return k;
+  }
+  Matrix3 stress(const Matrix3& strain) const;
+  // rho c^2 of the fastest plane wave along one of the component's axes, or a bound of it.
+  double wave_modulus() const;
+
+ private:
+  bool is_isotropic_ = true;
+  double lambda_ = 0, mu_ = 0;
+  std::array<Matrix3, 9> C_;  // of a and b: c x d
 };
 
 // Coordinates from the first node: an element far from the origin loses no digits in its Jacobian.
@@ -62,11 +83,11 @@ Gradients<n> gradients(const Nodes<n>& X, const ShapeTable& table) {
   return A;
 }
 
-// Isotropic elasticity from S = A A^T (3 n x 3 n), S_(ia)(jb) = integral of dN_i/dx_a dN_j/dx_b:
-//   K_(ia)(jb) = lambda S_(ia)(jb) + mu S_(ib)(ja) + mu delta_ab sum_c S_(ic)(jc)
+// From S = A A^T (3 n x 3 n), S_(ia)(jb) = integral of dN_i/dx_a dN_j/dx_b:
+//   K_(ia)(jb) = C_acbd S_(ic)(jd), of an isotropic material lambda S_(ia)(jb) + mu S_(ib)(ja) + mu delta_ab sum_c S_(ic)(jc)
 // Each entry and its mirror come from the same operations: K == K^T to the last bit.
 template <int n>
-DofMatrix<n> elastic_stiffness(const Gradients<n>& A, const Lame& material) {
+DofMatrix<n> elastic_stiffness(const Gradients<n>& A, const Elasticity& material) {
   DofMatrix<n> S = DofMatrix<n>::Zero();
   for (Index q = 0; q < A.cols(); ++q)
     for (int j = 0; j < 3 * n; ++j) S.col(j).tail(3 * n - j) += A(j, q) * A.col(q).tail(3 * n - j);
@@ -75,8 +96,8 @@ DofMatrix<n> elastic_stiffness(const Gradients<n>& A, const Lame& material) {
   for (int j = 0; j < n; ++j)
     for (int i = j; i < n; ++i) {
       const Matrix3 s = S.template block<3, 3>(3 * i, 3 * j);
-      Matrix3 k = material.lambda * s + material.mu * s.transpose();
-      k.diagonal().array() += material.mu * s.trace();
+      Matrix3 k = material.stiffness(s);
+      if (i == j) k.triangularView<Eigen::StrictlyUpper>() = k.transpose();
       K.template block<3, 3>(3 * i, 3 * j) = k;
       K.template block<3, 3>(3 * j, 3 * i) = k.transpose();
     }

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <set>
+#include <sstream>
 
 #include "tests/unit/common/scene_samples.hpp"
 
@@ -83,6 +84,47 @@ TEST(ContentHash, needsTheMesh) {
   std::filesystem::remove(folder / "block.msh");
   std::filesystem::create_symlink("/dev/zero", folder / "block.msh");  // would be read for ever
   EXPECT_THROW(content_hash(scene, scene.components.begin()->second), InputError);
+}
+
+// A scene that is passed on means the same material to the last bit, whatever its axes were given as.
+TEST(ContentHash, OrthotropicMaterialsSurviveTheWayThroughAPipe) {
+  const std::string ply = replaced(scene_text, "youngs_modulus: 2e11, poissons_ratio: 0.3,",
+                                   "youngs_modulus: [14e10, 1e10, 9e9], poissons_ratio: [0.3, 0.4, 0.25], shear_modulus: [5e9, "
+                                   "3.5e9, 4.5e9], axes: [[1, 2, 0.3], [0.2, 1, 5]],");
+  const TemporaryFolder folder;
+  test::write_bytes(folder / "block.msh", "mesh");
+  const Scene scene = test::read_text(folder, ply);
+  std::ostringstream out;
+  write_scene(scene, out);
+  const Scene again = test::read_text(folder, out.str());
+  EXPECT_EQ(content_hash(scene, scene.components.at("block")), content_hash(again, again.components.at("block")));
+  EXPECT_NE(hash_of(ply), hash_of(scene_text));
+  EXPECT_NE(hash_of(ply), hash_of(replaced(ply, "4.5e9]", "4.4e9]")));
+  EXPECT_NE(hash_of(ply), hash_of(replaced(ply, "[0.2, 1, 5]", "[0.2, 1, 4]")));
+  const Orthotropy& of = *again.materials.at("steel").orthotropy;
+  EXPECT_LT((of.axes * of.axes.transpose() - Matrix3::Identity()).cwiseAbs().maxCoeff(), 1e-14);
+  EXPECT_EQ(of.shear_moduli, Vector3(5e9, 3.5e9, 4.5e9));
+}
+
+TEST(ContentHash, OrthotropicConstantsThatCannotBeAreRefused) {
+  const auto refusal = [](const std::string& constants) {
+    try {
+      hash_of(replaced(scene_text, "youngs_modulus: 2e11, poissons_ratio: 0.3,", constants));
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string("not refused");
+  };
+  const std::string rest = ", shear_modulus: [5, 4, 5]";
+  EXPECT_NE(refusal("youngs_modulus: [9, 10, 140], poissons_ratio: [0.3, 0.4, 1.2]" + rest + ",").find("would give energy"),
+            std::string::npos);
+  EXPECT_NE(refusal("youngs_modulus: [9, 10, -1], poissons_ratio: [0.3, 0.4, 0.2]" + rest + ",").find("not positive"),
+            std::string::npos);
+  const std::string good = "youngs_modulus: [9, 10, 14], poissons_ratio: [0.3, 0.4, 0.2]";
+  EXPECT_NE(refusal(good + rest + ", axes: [[1, 0, 0], [2, 0, 0]],").find("zero or parallel"), std::string::npos);
+  EXPECT_NE(refusal(good + ", axes: [[1, 0, 0], [2, 0, 0]],").find("needs shear_modulus"), std::string::npos);
+  EXPECT_NE(refusal(good + rest + ",").find("not refused"), std::string::npos);
+  EXPECT_NE(refusal(good + ",").find("youngs_modulus"), std::string::npos);
 }
 
 }  // namespace
