@@ -29,6 +29,7 @@ class SceneNode {
   const std::string& path() const { return path_; }
   bool is_map() const { return kind() == YamlTree::Kind::map; }
   bool is_scalar() const { return kind() == YamlTree::Kind::scalar; }
+  bool is_list() const { return kind() == YamlTree::Kind::sequence; }
 
   std::string text() const;     // a scalar that is not empty
   double number() const;        // finite
@@ -59,7 +60,6 @@ class SceneNode {
   friend class SceneMap;
   YamlTree::Kind kind() const { return tree_->kind(id_); }
   std::string_view word() const { return tree_->text(id_); }  // empty unless a scalar
-  bool is_list() const { return kind() == YamlTree::Kind::sequence; }
   std::size_t list_size() const;
   SceneNode item(std::size_t i) const;
   std::string found() const;  // for messages: "'abc'", "a map", ...

@@ -58,7 +58,10 @@ Material parse_material(const SceneNode& node) {
   }
   if (const auto* axes = map.find("axes"))
     axes->fail("needs shear_modulus, and three numbers under each modulus and ratio: an isotropic material has no axes");
-  return {.youngs_modulus = map.at("youngs_modulus").positive(),
+  const SceneNode& modulus = map.at("youngs_modulus");
+  if (modulus.is_list())
+    modulus.fail("found a list, expected a number; three numbers need shear_modulus beside them (orthotropic)");
+  return {.youngs_modulus = modulus.positive(),
           .poissons_ratio = map.at("poissons_ratio").in_open_range(-1, 0.5),
           .density = map.at("density").positive()};
 }
