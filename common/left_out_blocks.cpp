@@ -61,8 +61,9 @@ void warn_of_left_out_blocks(const Component& component, const std::string& bloc
                        blocks + ": only solids are in this version; take the block out of the scene");
   const std::string before = report.about();
   report.about("");
-  report.warning("component '" + component.name + "': " + component.mesh.filename().string() + ": left out: " + blocks +
-                 ": only solid elements are used; these blocks have no stiffness and no mass");
+  report.warning("component '" + component.name +
+                 "': " + (component.has_mesh ? component.mesh : component.reduction->superelement).filename().string() +
+                 ": left out: " + blocks + ": only solid elements are used; these blocks have no stiffness and no mass");
   report.about(before);
 }
 

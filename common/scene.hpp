@@ -86,6 +86,9 @@ struct Component {
   Hex8Formulation element = Hex8Formulation::incompatible;
   std::optional<MassKind> mass;  // not given: by use and element, common/component_mass.hpp
   std::optional<ReductionOptions> reduction;
+  // False: key `superelement`, a file that is used as it is. There is no mesh, material or element then, and of `reduction`
+  // only the file's name; cbr-dyn takes the rest from the file.
+  bool has_mesh = true;
   SourceLine source;
 };
 

@@ -187,12 +187,30 @@ ReductionOptions parse_reduction(const SceneNode& node, const std::filesystem::p
   return reduction;
 }
 
+// The file alone: it holds all that a run needs, and nothing here could change it.
+void parse_superelement_alone(const SceneMap& map, const std::filesystem::path& folder, Component& component) {
+  for (const auto& [key, value] : map.entries()) {
+    if (key == "superelement") continue;
+    value.fail(
+        "not allowed beside 'superelement', a file that is used as it is: remove one of the two; the file that cbr-reduce "
+        "writes is reduction.superelement");
+  }
+  component.has_mesh = false;
+  component.reduction.emplace();
+  component.reduction->source = component.source;
+  component.reduction->superelement = resolve_path(map.at("superelement"), folder);
+}
+
 Component parse_component(const SceneNode& node, const std::string& name, const std::filesystem::path& folder, const Scene& scene) {
-  const SceneMap map = node.map({"mesh", "material", "blocks", "element", "mass", "reduction"});
+  const SceneMap map = node.map({"mesh", "material", "blocks", "element", "mass", "reduction", "superelement"});
   require_plain_name(node, "a component", name);
   Component component;
   component.name = name;
   component.source = node.source();
+  if (map.find("superelement") != nullptr) {
+    parse_superelement_alone(map, folder, component);
+    return component;
+  }
   component.mesh = resolve_path(map.at("mesh"), folder);
   if (const auto* material = map.find("material")) component.material = parse_material_name(*material, scene);
   if (const auto* blocks = map.find("blocks")) {
@@ -231,6 +249,10 @@ Instance parse_instance(const SceneNode& node, const std::string& name, const Sc
     instance.as = as->one_of(instance_words);
     if (instance.as == InstanceKind::superelement && !is_reduced) {
       as->fail("component '" + instance.component + "' has no 'reduction': add one, or use the instance 'as: mesh'");
+    }
+    if (instance.as == InstanceKind::mesh && !component->second.has_mesh) {
+      as->fail("component '" + instance.component +
+               "' is a superelement file without a mesh: use as: superelement, or give the component 'mesh' and 'material'");
     }
   }
   if (const auto* position = map.find("position")) instance.position = position->vector3();
@@ -313,15 +335,31 @@ std::filesystem::path one_name(const std::filesystem::path& file) {
 void parse_components(const SceneNode& node, const std::filesystem::path& folder, Scene& scene) {
   const SceneMap map = node.map_of_any();
   std::map<std::filesystem::path, std::string> owner;
+  const auto refuse = [](const SceneNode& place, const Component& component, const std::string& other) {
+    place.fail("superelement file '" + component.reduction->superelement.string() + "' is also that of component '" + other +
+               "': give each a file of its own");
+  };
   for (const auto& [name, value] : map.entries()) {
     const Component& component = scene.components[name] = parse_component(value, name, folder, scene);
-    if (!component.reduction) continue;
+    if (!component.reduction || !component.has_mesh) continue;
     const auto [other, is_new] = owner.emplace(one_name(component.reduction->superelement), name);
-    if (!is_new) {
-      value.fail("superelement file '" + component.reduction->superelement.string() + "' is also that of component '" +
-                 other->second + "': give each a file of its own");
-    }
+    if (!is_new) refuse(value, component, other->second);
   }
+  // Any number of components may use one file as it is, but none that cbr-reduce would replace.
+  for (const auto& [name, value] : map.entries()) {
+    const Component& component = scene.components[name];
+    if (component.has_mesh) continue;
+    const auto other = owner.find(one_name(component.reduction->superelement));
+    if (other != owner.end()) refuse(value, component, other->second);
+  }
+}
+
+bool has_only_superelements(const SceneNode& node) {
+  if (!node.is_map()) return false;
+  const SceneMap map = node.map_of_any();
+  return std::all_of(map.entries().begin(), map.entries().end(), [](const auto& entry) {
+    return entry.second.is_map() && entry.second.map_of_any().find("superelement") != nullptr;
+  });
 }
 
 void parse_instances(const SceneNode& node, Scene& scene, SceneNames& names) {

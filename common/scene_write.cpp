@@ -89,7 +89,12 @@ void write_characteristic(const CharacteristicOptions& options, std::ostream& ou
 }
 
 void write_component(const Component& component, std::ostream& out) {
-  out << "  " << word(component.name) << ":\n    mesh: " << path(component.mesh) << "\n";
+  out << "  " << word(component.name) << ":\n";
+  if (!component.has_mesh) {
+    out << "    superelement: " << path(component.reduction->superelement) << "\n";
+    return;
+  }
+  out << "    mesh: " << path(component.mesh) << "\n";
   if (!component.material.empty()) out << "    material: " << word(component.material) << "\n";
   if (!component.blocks.empty()) out << "    blocks:\n";
   for (const auto& [block, options] : component.blocks) {
@@ -223,7 +228,7 @@ void write_list(const std::string& section, const std::vector<Item>& items, cons
 }  // namespace
 
 void write_scene(const Scene& scene, std::ostream& out) {
-  out << "materials:\n";
+  if (!scene.materials.empty()) out << "materials:\n";
   for (const auto& [material_name, material] : scene.materials) {
     FlowMap map;
     if (const auto& of = material.orthotropy) {

@@ -113,7 +113,7 @@ UnchangedFiles inputs_of(const Scene& scene) {
   UnchangedFiles inputs;
   for (const Instance& instance : scene.instances) {
     const Component& component = component_of(scene, instance);
-    inputs.add(component.mesh);
+    if (component.has_mesh) inputs.add(component.mesh);
     if (instance.as == InstanceKind::superelement && component.reduction) inputs.add(component.reduction->superelement);
   }
   return inputs;

@@ -70,7 +70,7 @@ void refuse_to_overwrite(const Scene& scene, const std::string& input, const std
     return std::filesystem::equivalent(file, target, error) && !error;
   };
   for (const auto& [name, component] : scene.components) {
-    if (is_target(component.mesh))
+    if (component.has_mesh && is_target(component.mesh))
       throw InputError("superelement '" + target.string() + "' is the mesh of component '" + name +
                        "' and would overwrite it: give the superelement another name, as " + name + ".cbr.h5");
   }
@@ -322,14 +322,17 @@ class Reducer {
   std::map<std::string, std::filesystem::path> done_;  // content hash, form and loads -> file made in this run
 };
 
-// Calls `action` once for each component that an instance uses as a superelement; its InputErrors get the component's place.
-// False when there is none.
+// Calls `action` once for each component that an instance uses as a superelement, but not for superelement files without a
+// mesh; its InputErrors get the component's place. False when there is none.
 bool for_each_component(const Scene& scene, const std::string& mesh_input, const std::function<void(const Component&)>& action) {
   std::map<std::string, bool> seen;
+  bool any = false;
   for (const auto& instance : scene.instances) {
     if (instance.as != InstanceKind::superelement || seen[instance.component]) continue;
     seen[instance.component] = true;
     const Component& component = component_of(scene, instance);
+    if (!component.has_mesh) continue;
+    any = true;
     try {
       action(component);
     } catch (const InputError& error) {
@@ -342,7 +345,7 @@ bool for_each_component(const Scene& scene, const std::string& mesh_input, const
       throw InputError(where + ": " + what);
     }
   }
-  return !seen.empty();
+  return any;
 }
 
 void estimate_component(const ReduceCommand& command, const Scene& scene, const Component& component, std::ostream& out,
@@ -369,7 +372,7 @@ void run_estimate(const ReduceCommand& command, std::ostream& out, Report& repor
   const bool any = for_each_component(scene, is_mesh ? command.input : "", [&](const Component& component) {
     estimate_component(command, scene, component, out, report);
   });
-  if (!any) report.line("no instance is a superelement: nothing to estimate");
+  if (!any) report.line("no instance is a superelement that has a mesh: nothing to estimate");
 }
 
 void run_export(const ReduceCommand& command, Report& report) {
@@ -396,7 +399,7 @@ void run_reduce(const ReduceCommand& command, std::ostream* scene_out, Report& r
     reducer.reduce_component(scene, component);
     report.about("");
   });
-  if (!any) report.line("no instance is a superelement: nothing to reduce");
+  if (!any) report.line("no instance is a superelement that has a mesh: nothing to reduce");
   report.timings();
   if (!is_mesh && scene_out != nullptr) write_scene(scene, *scene_out);
 }

@@ -35,7 +35,8 @@ void warn_of_stale_superelements(const Scene& scene, Report& report) {
     const bool used = std::any_of(scene.instances.begin(), scene.instances.end(), [&, &its_name = name](const Instance& instance) {
       return instance.as == InstanceKind::superelement && instance.component == its_name;
     });
-    if (!used || !component.reduction || !std::filesystem::exists(component.reduction->superelement)) continue;
+    if (!used || !component.reduction || !component.has_mesh || !std::filesystem::exists(component.reduction->superelement))
+      continue;
     if (read_content_hash(component.reduction->superelement) == content_hash(scene, component) && !is_of_other_mass(component))
       continue;
     report.warning(component.source.text() + ": component '" + name + "': the superelement " +
@@ -80,12 +81,13 @@ void skin_a_scene(const SkinCommand& command, std::ostream* scene_out, Report& r
       throw InputError(scene.skin->source.text() + ": skin: mesh: '" + scene.skin->mesh.filename().string() +
                        "' found, a name that ends in .msh, .exo, .e or .g is wanted");
     for (const auto& [name, component] : scene.components)
-      if (is_same_file(component.mesh, scene.skin->mesh))
+      if (component.has_mesh && is_same_file(component.mesh, scene.skin->mesh))
         throw InputError(scene.skin->source.text() + ": skin: mesh: '" + scene.skin->mesh.filename().string() +
                          "' is the mesh of component '" + name + "' and would be overwritten: give the skinned mesh another name");
     report.refuse_timings_at(scene.skin->mesh, "the skinned mesh");
     UnchangedFiles inputs;
-    for (const Instance& instance : scene.instances) inputs.add(component_of(scene, instance).mesh);
+    for (const Instance& instance : scene.instances)
+      if (const Component& component = component_of(scene, instance); component.has_mesh) inputs.add(component.mesh);
     SkinnedMesh skinned;
     {
       const auto phase = report.phase("reading and skinning");

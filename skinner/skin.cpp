@@ -80,8 +80,11 @@ class SceneSkinner {
 
   SkinnedMesh run() {
     for (const auto& instance : scene_.instances) add(instance);
+    if (!without_mesh_.empty() && without_mesh_.size() == scene_.instances.size())
+      throw InputError(skin_.source.text() + ": skin: no instance has a mesh, as all components are superelements alone: " +
+                       "run cbr-dyn without cbr-skin, it adds the shells itself");
     for (const auto& name : skin_.surfaces)
-      if (!found_.count(name)) refuse(name);
+      if (!found_.count(name) && !may_be_without_mesh(name)) refuse(name);
     SkinnedMesh result;
     result.mesh = std::move(system_.mesh());
     for (const auto& [name, surface] : surfaces_)
@@ -94,6 +97,12 @@ class SceneSkinner {
  private:
   void add(const Instance& instance) {
     const Component& component = component_of(scene_, instance);
+    if (!component.has_mesh) {
+      without_mesh_.insert(instance.name);
+      notes_.push_back("instance " + instance.name + ": left out, because its component is a superelement without a mesh; " +
+                       "cbr-dyn adds the shells to it");
+      return;
+    }
     auto& original = meshes_[component.mesh];
     if (original.coordinates.rows() == 0) original = read_mesh(component.mesh);
     if (const std::string blocks = left_out_blocks(original); !blocks.empty()) {
@@ -143,6 +152,18 @@ class SceneSkinner {
     }
   }
 
+  // A surface of a superelement file alone, which is not read here: cbr-dyn tells whether it has it.
+  bool may_be_without_mesh(const std::string& name) const {
+    return there_are_.count(name) == 0 && std::any_of(without_mesh_.begin(), without_mesh_.end(), [&](const std::string& instance) {
+             return name.starts_with(instance + ".") || without_instance(name);
+           });
+  }
+  // INSTANCE.SURFACE is of the instance alone.
+  bool without_instance(const std::string& name) const {
+    return std::none_of(scene_.instances.begin(), scene_.instances.end(),
+                        [&](const Instance& instance) { return name.starts_with(instance.name + "."); });
+  }
+
   [[noreturn]] void refuse(const std::string& name) const {
     const std::vector<std::string> names(there_are_.begin(), there_are_.end());
     const bool exists = there_are_.count(name) > 0;
@@ -156,7 +177,7 @@ class SceneSkinner {
   const SkinOptions& skin_;
   SystemMesh system_;
   std::map<std::filesystem::path, Mesh> meshes_;
-  std::set<std::string> there_are_, found_;
+  std::set<std::string> there_are_, found_, without_mesh_;  // the last: instances
   std::vector<std::pair<std::string, Surface>> surfaces_;  // block name, faces in the system mesh
   std::vector<std::string> notes_;
   std::map<std::string, std::string> left_out_;

@@ -39,7 +39,8 @@ SkinnedMesh skin_mesh(Mesh mesh, const std::vector<std::string>& sidesets);
 // nodesets INSTANCE.NAME. On it blocks skin.INSTANCE.SURFACE for each surface of `skin: surfaces` and each instance that has it; a
 // surface may also be given as INSTANCE.SURFACE. A superelement is skinned only where its interface keeps all the surface's nodes.
 // Node and element ids are the component's where they are free, else raised by the smallest multiple of a power of ten that frees
-// them. Superelement files are not read. InputError: a surface that no instance has; those of read_mesh.
+// them. Superelement files are not read; instances of
+// components without a mesh are left out, with a note. InputError: a surface that no instance has; those of read_mesh.
 SkinnedMesh skin_scene(const Scene& scene);
 
 }  // namespace cbr

@@ -14,6 +14,7 @@
 #include "common/program.hpp"
 #include "dynamics/output/output_names.hpp"
 #include "dynamics/output/xdmf.hpp"
+#include "dynamics/setup/superelement_alone.hpp"
 
 namespace cbr {
 namespace {
@@ -259,7 +260,11 @@ void FieldWriter::add_recovered_grids(const Scene& scene, FieldGrid grid) {
     grid.node_ids.insert(grid.node_ids.end(), recovery.node_ids.begin(), recovery.node_ids.end());
     Mesh names;  // only names and types of blocks are asked for
     names.blocks = recovery.blocks;
-    add_block_grids(grid, recovery.blocks, block_properties(scene, scene.components.at(of.component), names));
+    const Component& component = scene.components.at(of.component);
+    std::vector<BlockProperties> properties(names.blocks.size());  // only stress reads them
+    if (component.has_mesh) properties = block_properties(scene, component, names);
+    if (!component.has_mesh && wanted("stress")) properties = properties_in_file(component, s.provenance, names.blocks);
+    add_block_grids(grid, recovery.blocks, properties);
   }
 }
 

@@ -20,6 +20,7 @@
 #include "dynamics/setup/scene_warnings.hpp"
 #include "dynamics/setup/skin_shells.hpp"
 #include "dynamics/setup/starting_overlap.hpp"
+#include "dynamics/setup/superelement_alone.hpp"
 #include "dynamics/setup/turning.hpp"
 
 namespace cbr {
@@ -40,7 +41,9 @@ const Superelement::InteriorLoad* load_inside(const BuiltScene::OfInstance& of, 
 // Of a superelement that could have it: cbr-reduce takes in what the scene's loads act on.
 void require_load_inside(const Scene& scene, const Instance& instance, const Geometry& geometry, const Load& load) {
   if (!geometry.reduced || geometry.surfaces.count(load.surface) > 0 || is_nodeset(geometry, load.surface)) return;
-  const ReductionOptions& reduction = *component_of(scene, instance).reduction;
+  const Component& component = component_of(scene, instance);
+  if (!component.has_mesh) return;  // nobody reduces it again
+  const ReductionOptions& reduction = *component.reduction;
   if (reduction.is_decomposed() || reduction.basis != "craig-bampton") return;
   std::vector<std::string> kept;
   for (const auto& [name, surface] : geometry.surfaces) kept.push_back(name);
@@ -320,7 +323,8 @@ class Builder {
 
 }  // namespace
 
-BuiltScene build(const Scene& scene, Report& report, const BuildOptions& options) {
+BuiltScene build(const Scene& scene_of_run, Report& report, const BuildOptions& options) {
+  const Scene scene = with_options_of_files(scene_of_run);
   refuse_what_cannot_be(scene);
   BuiltScene built;
   built.momentum_is_kept = scene.boundary.empty();

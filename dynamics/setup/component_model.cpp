@@ -13,6 +13,7 @@
 #include "dynamics/bodies/characteristic_form.hpp"
 #include "dynamics/setup/half_modes.hpp"
 #include "dynamics/setup/skin_shells.hpp"
+#include "dynamics/setup/superelement_alone.hpp"
 
 namespace cbr {
 namespace {
@@ -107,6 +108,11 @@ Geometry geometry_of(const JoinedNodes& nodes) {
   return geometry;
 }
 
+std::shared_ptr<const Geometry> geometry_in(const Component& component, Geometry geometry) {
+  geometry.has_mesh = component.has_mesh;
+  return std::make_shared<const Geometry>(std::move(geometry));
+}
+
 void add_part(std::shared_ptr<const Superelement> superelement, std::vector<Index> node, ReducedComponent& reduced) {
   const Index k = superelement->k();
   reduced.parts.push_back({std::move(superelement), std::move(node), reduced.n_modal});
@@ -131,7 +137,7 @@ ReducedComponent of_one(const SceneIndex& index, const Component& component, con
   auto superelement = std::make_shared<Superelement>(read_superelement(file, light));
   ReducedComponent reduced;
   reduced.options = options;
-  reduced.geometry = std::make_shared<Geometry>(geometry_of(*superelement));
+  reduced.geometry = geometry_in(component, geometry_of(*superelement));
   reduced.rigid_body = superelement->rigid_body;
   reduced.left_out = left_out_in(superelement->provenance);
   std::vector<Index> node;
@@ -157,7 +163,7 @@ ReducedComponent of_group(const SceneIndex& index, const Component& component, c
   const JoinedNodes nodes = join_nodes(group);
   ReducedComponent reduced;
   reduced.options = options;
-  reduced.geometry = std::make_shared<Geometry>(geometry_of(nodes));
+  reduced.geometry = geometry_in(component, geometry_of(nodes));
   reduced.rigid_body = group.rigid_body;
   reduced.conditioning = group.conditioning;
   reduced.left_out = left_out_in(group.provenance);
@@ -178,6 +184,7 @@ ReducedComponent of_group(const SceneIndex& index, const Component& component, c
     reduced.superelement->omega = std::move(omega), reduced.superelement->V = std::move(V);
   }
   reduced.n_modal = 0;
+  for (Superelement& domain : group.domains) domain.provenance = group.provenance;  // which the group has for all
   for (std::size_t d = 0; d < group.domains.size(); ++d)
     add_part(std::make_shared<Superelement>(std::move(group.domains[d])), nodes.place[d], reduced);
   return reduced;
@@ -272,12 +279,14 @@ void check_reduced(const Scene& scene, const Component& component, Report& repor
                      "' is used as: superelement but has no 'reduction': add one and run cbr-reduce, or use as: mesh");
   }
   const auto phase = report.phase("read");
-  require_current(scene, component, *component.reduction);
+  if (component.has_mesh) require_current(scene, component, *component.reduction);
+  if (!component.has_mesh) require_superelement(component);
   const std::vector<SetUse> uses = set_uses(scene, component, InstanceKind::superelement);
   if (uses.empty()) return;
   const std::filesystem::path& file = component.reduction->superelement;
-  check_uses(uses, is_superelement_group(file) ? geometry_of(join_nodes(read_superelement_group(file, light)))
-                                               : geometry_of(read_superelement(file, light)));
+  check_uses(uses,
+             *geometry_in(component, is_superelement_group(file) ? geometry_of(join_nodes(read_superelement_group(file, light)))
+                                                                 : geometry_of(read_superelement(file, light))));
 }
 
 ReducedComponent read_reduced(const SceneIndex& index, const Component& component, const BuildOptions& options, Report& report) {

@@ -21,7 +21,8 @@ std::string names(const Geometry& geometry, bool with_nodesets) {
   std::string message = source.text() + ": instance '" + instance + "' has no " +
                         (with_nodesets ? "surface or node set" : "surface") + " '" + name +
                         "' (available: " + names(geometry, with_nodesets) + ")" + nearest_name(name, list);
-  if (geometry.reduced) message += ": if the mesh has it, add it to the component's reduction.interface and run cbr-reduce again";
+  if (geometry.reduced && geometry.has_mesh)
+    message += ": if the mesh has it, add it to the component's reduction.interface and run cbr-reduce again";
   throw InputError(message);
 }
 

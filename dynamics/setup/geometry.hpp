@@ -22,6 +22,7 @@ struct Geometry {
   std::map<std::string, Surface> surfaces;
   std::map<std::string, std::vector<Index>> nodesets;
   bool reduced = false;  // a superelement: what it does not keep is not there
+  bool has_mesh = true;  // false: a superelement file alone, which nobody can reduce again
 };
 
 Geometry geometry_of(const Superelement& superelement);

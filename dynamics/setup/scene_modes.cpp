@@ -13,6 +13,7 @@
 #include "dynamics/setup/instance_body.hpp"
 #include "dynamics/setup/instance_damping.hpp"
 #include "dynamics/setup/skin_shells.hpp"
+#include "dynamics/setup/superelement_alone.hpp"
 
 namespace cbr {
 namespace {
@@ -93,7 +94,7 @@ InstanceModes modes_of(const SceneIndex& index, const Instance& instance, const 
 }  // namespace
 
 std::vector<InstanceModes> scene_modes(const Scene& scene_of_run, Index n, Report& report) {
-  Scene scene = scene_of_run;
+  Scene scene = with_options_of_files(scene_of_run);
   // Every superelement in its diagonal form
   scene.time = TimeOptions{};
   if (scene.instances.empty()) throw InputError(scene.file.string() + ": the scene has no instances");

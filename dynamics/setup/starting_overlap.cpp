@@ -65,10 +65,11 @@ class Solids {
  public:
   explicit Solids(const Scene& scene) : scene_(scene) {}
 
-  // Null where the mesh cannot be read.
+  // Null where there is no mesh, or where it cannot be read.
   const Solid* of(const BuiltScene::OfInstance& instance) {
     auto [at, is_new] = solids_.try_emplace(instance.component);
     if (!is_new) return at->second ? &*at->second : nullptr;
+    if (!scene_.components.at(instance.component).has_mesh) return nullptr;
     try {
       at->second.emplace(instance.mesh ? *instance.mesh : read_mesh(scene_.components.at(instance.component).mesh));
     } catch (const InputError&) {

@@ -65,6 +65,13 @@ output:
   checkpoint: {every: 2.5e-7, file: keep/impact.h5}
 )";
 
+// A component that is a superelement alone: its file is all that the scene says of it.
+inline const std::string alone_scene = R"(components:
+  part: {superelement: parts/given.cbr.h5}
+instances:
+  left: {component: part, position: [1, 2, 3]}
+)";
+
 inline std::string replaced(std::string text, const std::string& old, const std::string& with) {
   const auto at = text.find(old);
   if (at == std::string::npos) throw std::logic_error("the sample scene has no '" + old + "'");

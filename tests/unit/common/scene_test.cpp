@@ -15,6 +15,7 @@ namespace {
 
 using test::full_scene;
 using test::read_text;
+using test::refusal;
 using test::replaced;
 using test::TemporaryFolder;
 using test::written;
@@ -236,6 +237,51 @@ TEST(Scene, writtenAndReadIsTheSameScene) {
         "inside: true",  "radius: 0.0015", "between: all",   "\"the ball\"",     "axis: [0, -1, 0]"}) {
     EXPECT_NE(once.find(value), std::string::npos) << value;
   }
+}
+
+TEST(Scene, aSuperelementAloneArrives) {
+  const TemporaryFolder folder;
+  const Scene scene = read_text(folder, test::alone_scene);
+  const Component& part = scene.components.at("part");
+  EXPECT_FALSE(part.has_mesh);
+  EXPECT_TRUE(scene.materials.empty());
+  EXPECT_EQ(part.reduction->superelement, std::filesystem::absolute(folder / "parts/given.cbr.h5"));
+  EXPECT_EQ(scene.instances[0].as, InstanceKind::superelement);
+  const std::string text = written(scene);
+  EXPECT_EQ(text.find("mesh:"), std::string::npos) << text;
+  const Scene again = read_text(folder, text);
+  EXPECT_EQ(written(again), text);
+  EXPECT_FALSE(again.components.at("part").has_mesh);
+  // Two components may use one file, and stand beside others
+  EXPECT_EQ(refusal(folder, replaced(test::alone_scene, "instances:", "  twin: {superelement: parts/given.cbr.h5}\ninstances:")),
+            "");
+  const std::string beside = replaced(full_scene, "  bare:", "  part: {superelement: given.cbr.h5}\n  bare:");
+  EXPECT_EQ(written(read_text(folder, written(read_text(folder, beside)))), written(read_text(folder, beside)));
+}
+
+TEST(Scene, nothingStandsBesideASuperelementAlone) {
+  const TemporaryFolder folder;
+  const auto with = [&](const std::string& old, const std::string& text) {
+    return refusal(folder, replaced(test::alone_scene, old, text));
+  };
+  for (const std::string key : {"mesh: a.msh", "material: steel", "reduction: {interface: a, modes: 1}", "element: hex8",
+                                 "mass: lumped", "blocks: {a: {material: steel}}"}) {
+    const std::string message = with("{superelement:", "{" + key + ", superelement:");
+    EXPECT_TRUE(message.starts_with("impact.yaml:2: components.part." + key.substr(0, key.find(':')) +
+                                    ": not allowed beside 'superelement'"))
+        << message;
+    EXPECT_NE(message.find("remove one of the two"), std::string::npos) << message;
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+  }
+  const std::string as_mesh = with("component: part,", "component: part, as: mesh,");
+  EXPECT_TRUE(as_mesh.starts_with("impact.yaml:4: instances.left.as: component 'part' is a superelement file without a mesh"))
+      << as_mesh;
+  EXPECT_NE(as_mesh.find("use as: superelement"), std::string::npos) << as_mesh;
+  const std::string replacing =
+      refusal(folder, replaced(full_scene, "  bare:", "  part: {superelement: ../out/block.h5}\n  bare:"));
+  EXPECT_NE(replacing.find("is also that of component 'block': give each a file of its own"), std::string::npos) << replacing;
+  const std::string no_materials = with("instances:", "  bare: {mesh: a.msh, material: steel}\ninstances:");
+  EXPECT_NE(no_materials.find("missing key 'materials'"), std::string::npos) << no_materials;
 }
 
 TEST(Scene, anyDoubleAndAnyNameSurviveWriting) {
