@@ -97,6 +97,10 @@ SierraSuperelement read_sierra_superelement(const std::filesystem::path& path) {
   if (s.n_modes > n) file.fail("NumEig is larger than Kr");
   read_dofs(file, s);
   read_nodes(file, s);
+  if (file.has("Cr")) {
+    const auto damping = file.doubles("Cr");
+    s.has_damping = std::any_of(damping.begin(), damping.end(), [](double value) { return value != 0; });
+  }
   if (file.has("OTM")) {
     s.output_map = file.matrix("OTM");
     s.output_nodes = file.integers("OutMap");

@@ -18,6 +18,7 @@ struct SierraSuperelement {
   Points coordinates;  // one row per node id
   Matrix output_map;   // OTM of older files: 6 rows per output node x n; else empty
   std::vector<Index> output_nodes;
+  bool has_damping = false;  // Cr of newer files has an entry that is not 0; it is not read
 };
 
 // InputError: no netCDF file, Kr, Mr or cbmap missing or of a shape that does not fit the others.

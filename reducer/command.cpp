@@ -23,6 +23,7 @@
 #include "reducer/estimate.hpp"
 #include "reducer/exchange/export_superelement.hpp"
 #include "reducer/geometry_body.hpp"
+#include "reducer/import.hpp"
 #include "reducer/interior_loads.hpp"
 #include "reducer/kept_sets.hpp"
 #include "reducer/panel_memory.hpp"
@@ -33,7 +34,8 @@
 namespace cbr {
 namespace {
 
-void refuse_mesh_options(const ReduceCommand& c) {
+// The first option given that describes the component of a mesh; null: none.
+const char* given_mesh_option(const ReduceCommand& c) {
   const std::vector<std::pair<bool, const char*>> given = {{!c.interface_sets.empty(), "--interface"},
                                                            {c.modes.has_value(), "--modes"},
                                                            {c.cutoff_hz.has_value(), "--cutoff-hz"},
@@ -53,14 +55,17 @@ void refuse_mesh_options(const ReduceCommand& c) {
                                                            {c.shear, "--shear"},
                                                            {!c.statics.empty(), "--statics"},
                                                            {c.domains.has_value(), "--domains"},
-                                                           {c.recovery, "--recovery"},
-                                                           {!c.output.empty(), "--output"}};
-  for (const auto& [is_given, option] : given) {
-    if (is_given) {
-      throw InputError(c.input + ": " + option +
-                       " requires a mesh (.msh, .exo, .e, .g) as INPUT; in a scene give it under components");
-    }
-  }
+                                                           {c.recovery, "--recovery"}};
+  for (const auto& [is_given, option] : given)
+    if (is_given) return option;
+  return nullptr;
+}
+
+void refuse_mesh_options(const ReduceCommand& c) {
+  const char* option = given_mesh_option(c);
+  if (option == nullptr && !c.output.empty()) option = "--output";
+  if (option == nullptr) return;
+  throw InputError(c.input + ": " + option + " requires a mesh (.msh, .exo, .e, .g) as INPUT; in a scene give it under components");
 }
 
 // A mistyped -o or superelement: would cost the user a mesh or the scene.
@@ -383,6 +388,20 @@ void run_export(const ReduceCommand& command, Report& report) {
     if (target.ends_with(suffix)) target.resize(target.size() - suffix.size());
   }
   export_superelement(command.export_format, command.input, target, report);
+}
+
+void run_import(const ReduceCommand& command, Report& report) {
+  if (const char* option = given_mesh_option(command))
+    throw InputError(command.input + ": " + option +
+                     " is not available with --import, which takes matrices as they are: leave it out");
+  const std::filesystem::path input = command.input;
+  ImportOptions options;
+  options.format = command.import_format;
+  options.file = input;
+  options.faces = command.faces;
+  options.target = command.output.empty() ? input.stem().string() + ".cbr.h5" : command.output;
+  options.diagonal_limit = command.diagonal_limit.value_or(ReduceSettings{}.diagonal_limit);
+  import_superelement(options, report);
 }
 
 void run_reduce(const ReduceCommand& command, std::ostream* scene_out, Report& report) {

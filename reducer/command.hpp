@@ -31,6 +31,8 @@ struct ReduceCommand {
   bool force = false;
   bool info = false;      // print what the file INPUT is
   std::string export_format;  // write the superelement INPUT for another code; empty: no
+  std::string import_format;  // make a superelement of the file INPUT of another code; empty: no
+  std::string faces;          // with it: the mesh that names the faces
   bool estimate = false;  // print what the reductions would cost, and reduce nothing
   double memory = 0;
   std::optional<Index> diagonal_limit;
@@ -47,6 +49,9 @@ void run_estimate(const ReduceCommand& command, std::ostream& out, Report& repor
 
 // The superelement INPUT for another code. InputErrors as of export_superelement().
 void run_export(const ReduceCommand& command, Report& report);
+
+// A superelement of the files INPUT of another code. InputErrors as of import_superelement(), and of options that it does not have.
+void run_import(const ReduceCommand& command, Report& report);
 
 // A scene with the one component that the options describe.
 Scene scene_of_mesh(const ReduceCommand& command);

@@ -18,7 +18,8 @@ int main(int argc, char** argv) {
       "             -o block.cbr.h5\n"
       "  cbr-reduce block.msh --interface surface --modes 50 --domains 8 --estimate\n"
       "  cbr-reduce --info block.cbr.h5                          describe a superelement, results or checkpoint file\n"
-      "  cbr-reduce --export dmig block.cbr.h5 -o block          block.dmig for Nastran, and block.dofs.csv");
+      "  cbr-reduce --export dmig block.cbr.h5 -o block          block.dmig for Nastran, and block.dofs.csv\n"
+      "  cbr-reduce --import sierra block.nc4 --faces block.exo -o block.cbr.h5");
   cbr::CommonOptions common;
   cbr::ReduceCommand command;
   cbr::add_common_options(app, common);
@@ -31,6 +32,8 @@ int main(int argc, char** argv) {
       cbr::print_info(command.input, cbr::table_output());
     } else if (!command.export_format.empty()) {
       cbr::run_export(command, report);
+    } else if (!command.import_format.empty()) {
+      cbr::run_import(command, report);
     } else if (command.estimate) {
       cbr::run_estimate(command, cbr::table_output(), report);
     } else {

@@ -8,6 +8,7 @@
 #include "common/program.hpp"
 #include "reducer/command.hpp"
 #include "reducer/exchange/export_superelement.hpp"
+#include "reducer/exchange/import_matrices.hpp"
 
 namespace cbr {
 namespace {
@@ -150,12 +151,23 @@ void add_reduce_options(CLI::App& app, ReduceCommand& command) {
       "--info", command.info,
       "describe INPUT, which is a superelement, results, fields or checkpoint file: its origin, dofs, lowest frequencies, "
       "faces, mass and known errors");
-  app.add_option("--export", command.export_format,
-                 "write the superelement INPUT for other codes: " + join(export_format_names()) +
-                     "; -o gives the beginning of the files' names (docs/formats.md, \"Files for other codes\")")
-      ->type_name("FORMAT")
-      ->excludes(estimate)
-      ->excludes(info);
+  auto* exporting = app.add_option("--export", command.export_format,
+                                   "write the superelement INPUT for other codes: " + join(export_format_names()) +
+                                       "; -o gives the beginning of the files' names (docs/formats.md, \"Files for other codes\")")
+                        ->type_name("FORMAT")
+                        ->excludes(estimate)
+                        ->excludes(info);
+  auto* import = app.add_option("--import", command.import_format,
+                                "make a superelement of INPUT, a file of another code: " + join(import_format_names()) +
+                                    "; -o gives the superelement's name (docs/formats.md, \"Files of other codes\")")
+                     ->type_name("FORMAT")
+                     ->excludes(estimate)
+                     ->excludes(info)
+                     ->excludes(exporting);
+  app.add_option("--faces", command.faces,
+                 "with --import: the mesh of the same component, which gives the superelement its faces and node sets")
+      ->type_name("MESH")
+      ->needs(import);
   app.add_flag("--force", command.force, "reduce even if the superelement file is up to date");
   app.add_option_function<std::string>(
          "--memory",

@@ -20,6 +20,7 @@ struct ReducedRow {
 struct ReducedMatrices {
   Matrix K, M;
   std::vector<ReducedRow> rows;  // n
+  bool has_damping = false;      // an import's files have a damping matrix, which is not read
 };
 
 // InputError: a basis without masses and stiffnesses of the interface's dofs (characteristic, massless).

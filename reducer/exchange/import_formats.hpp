@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Reduced matrices from files of other codes. For the .cpp of this folder.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "reducer/exchange/reduced_matrices.hpp"
+
+namespace cbr {
+
+// The table beside exported files, NAME.dofs.csv: what each row of the matrices is. Rows of modal coordinates have eigenvalue 0,
+// which the matrices tell. InputError with file and line.
+std::vector<ReducedRow> read_rows(const std::filesystem::path& file);
+
+// The matrices in the order of their rows, n x n, from what --export wrote. `stem`: the files' names up to their suffixes.
+// InputError with file and line: a missing or damaged file, an entry of no row or twice, another kind of matrix.
+ReducedMatrices read_matrix_market(const std::filesystem::path& stem);
+ReducedMatrices read_dmig(const std::filesystem::path& stem);
+ReducedMatrices read_abaqus(const std::filesystem::path& stem);
+
+// A superelement of Sierra/SD, netCDF: modes first. InputError: those of read_sierra_superelement(); a rotational dof; an interface
+// node without coordinates.
+ReducedMatrices read_sierra(const std::filesystem::path& file);
+
+}  // namespace cbr

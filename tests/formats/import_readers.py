@@ -1,0 +1,173 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Files of other codes made to superelements: our own exports come back with the same matrices, the mesh gives the faces, and damaged
+files are refused with one line. usage: import_readers.py CBR_REDUCE CBR_DYN. Exit 77 without h5py or numpy."""
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+try:
+    import h5py
+    import numpy as np
+except ImportError as missing:
+    print(f"skipped: {missing}")
+    sys.exit(77)
+
+sys.dont_write_bytecode = True
+from results_h5py import write_mesh  # noqa: E402
+
+MATERIAL = ["--youngs-modulus", "2.1e11", "--poissons-ratio", "0.3", "--density", "7850"]
+FILES = {"matrix-market": ["out.K.mtx", "out.M.mtx"], "dmig": ["out.dmig"], "abaqus": ["out.K.abaqus.mtx", "out.M.abaqus.mtx"]}
+SCENE = """
+components: {block: {superelement: NAME.cbr.h5}}
+instances:
+  left: {component: block, position: [-1.0001, 0, 0], velocity: [20, 0, 0]}
+  right: {component: block, position: [1, 0, 0], mirror: x}
+contact: [{between: [left.contact, right.contact]}]
+time: {end: 6.0e-4}
+output: {every: 1.0e-5, history: [left.contact, right.contact]}
+"""
+
+
+def run(folder, program, *arguments, expect=0):
+    done = subprocess.run([program, "-q", *arguments], cwd=folder, capture_output=True, text=True)
+    assert done.returncode == expect, (arguments, done.returncode, done.stderr)
+    return done.stderr
+
+
+def reduce(folder, *arguments, expect=0):
+    return run(folder, sys.argv[1], *arguments, expect=expect)
+
+
+def contents(path):
+    found = {}
+    with h5py.File(path) as file:
+        file.visititems(lambda name, item: found.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None)
+    return found
+
+
+def check_formats(folder):
+    write_mesh(folder / "box.msh")
+    reduce(folder, "box.msh", "--interface", "contact", "--modes", "7", *MATERIAL, "-o", "box.cbr.h5")
+    original = contents(folder / "box.cbr.h5")
+    for name in FILES:
+        reduce(folder, "--export", name, "box.cbr.h5", "-o", "out")
+        digits = 1e-9 if name == "dmig" else 0
+        for given in ("out", FILES[name][0]):
+            reduce(folder, "--import", name, given, "--faces", "box.msh", "-o", f"{name}.cbr.h5")
+            back = contents(folder / f"{name}.cbr.h5")
+            for key, values in original.items():
+                group = key.split("/")[0]
+                if group in ("matrices", "dofs", "nodes", "interface", "nodesets"):
+                    tolerance = digits if group == "matrices" else 0
+                    np.testing.assert_allclose(back[key], values, rtol=tolerance, atol=0, err_msg=f"{name} {key}")
+            np.testing.assert_allclose(back["rigid_body/mass"], original["rigid_body/mass"], rtol=1e-8)
+            np.testing.assert_allclose(back["rigid_body/center"], original["rigid_body/center"], rtol=0, atol=1e-8)
+            np.testing.assert_allclose(back["rigid_body/inertia"], original["rigid_body/inertia"], rtol=0,
+                                       atol=1e-7 * np.abs(original["rigid_body/inertia"]).max())
+        assert list(folder.glob("*.dofs.csv")) and not list(folder.glob(".cbr-*"))
+    with h5py.File(folder / "dmig.cbr.h5") as file:
+        assert file["provenance"].attrs["import"] == "dmig" and file["interface/contact/faces"].attrs["kind"] == "quad4"
+    # The same bytes again; without a mesh no faces, and a warning
+    first = (folder / "abaqus.cbr.h5").read_bytes()
+    reduce(folder, "--import", "abaqus", FILES["abaqus"][0], "--faces", "box.msh", "-o", "abaqus.cbr.h5")
+    assert (folder / "abaqus.cbr.h5").read_bytes() == first
+    warning = reduce(folder, "--import", "abaqus", "out")
+    assert "give --faces MESH" in warning and "interface" not in contents(folder / "out.cbr.h5"), warning
+
+
+def check_run(folder):
+    """An impact with the file as it was reduced, and with the one that came back."""
+    results = {}
+    for name in ("box", "matrix-market", "dmig"):
+        (folder / "scene.yaml").write_text(SCENE.replace("NAME", name))
+        run(folder, sys.argv[2], "scene.yaml", "-o", "results.h5", "--threads", "1")
+        results[name] = contents(folder / "results.h5")
+    assert results["box"]["contact/active"].max() > 0
+    for name, tolerance in (("matrix-market", 1e-8), ("dmig", 1e-5)):
+        for key in ("surfaces/left.contact/mean_velocity", "instances/right/momentum", "energy/total"):
+            one, other = results["box"][key], results[name][key]
+            np.testing.assert_allclose(other, one, rtol=0, atol=tolerance * np.abs(one).max(), err_msg=f"{name} {key}")
+
+
+def damage(text, how):
+    lines = text.splitlines(keepends=True)
+    middle = len(lines) // 2
+    if how == "cut":
+        return text[: len(text) // 2]
+    if how == "without end":
+        return text[:-3]
+    if how == "without half":
+        return "".join(lines[:middle])
+    if how == "twice":
+        return text + lines[-1]
+    if how == "word":
+        return "".join(lines[:-1]) + lines[-1][:-2] + "x\n"
+    return {"empty": "", "binary": "\0\x01" * 400, "nan": "".join(lines[:-1]) + lines[-1][:-2] + " nan\n"}[how]
+
+
+def check_damage(folder):
+    before = sorted(p.name for p in folder.iterdir())
+    for name, files in FILES.items():
+        reduce(folder, "--export", name, "box.cbr.h5", "-o", "out")
+        for file in [*files, "out.dofs.csv"]:
+            whole = (folder / file).read_text()
+            for how in ("cut", "without end", "without half", "twice", "word", "empty", "binary", "nan"):
+                (folder / file).write_text(damage(whole, how))
+                error = reduce(folder, "--import", name, "out", "--faces", "box.msh", "-o", "damaged.cbr.h5", expect=2)
+                assert error.count("\n") == 1 and error.startswith("cbr-reduce: "), (file, how, error)
+                assert not (folder / "damaged.cbr.h5").exists()
+            (folder / file).unlink()
+            error = reduce(folder, "--import", name, "out", "-o", "damaged.cbr.h5", expect=2)
+            assert f"{file}: no such file" in error and error.count("\n") == 1, error
+            (folder / file).write_text(whole)
+    assert sorted(p.name for p in folder.iterdir()) == before
+
+
+def check_refusals(folder):
+    def refused(words, *arguments):
+        error = reduce(folder, *arguments, expect=2)
+        assert error.count("\n") == 1 and all(word in error for word in words), error
+
+    refused(["'nastran' found", "sierra, matrix-market, dmig, abaqus"], "--import", "nastran", "out")
+    refused(["--modes", "--import"], "--import", "dmig", "out", "--modes", "7")
+    refused(["--faces", "--import"], "box.msh", "--faces", "box.msh")
+    refused(["out.dmig", "would replace"], "--import", "dmig", "out", "-o", "out.dmig")
+    refused(["box.msh"], "--import", "dmig", "out", "--faces", "box.msh", "-o", "box.msh")
+    refused(["box.cbr.h5"], "--import", "sierra", "box.cbr.h5", "-o", "new.cbr.h5")
+    refused(["none.exo"], "--import", "dmig", "out", "--faces", "none.exo", "-o", "new.cbr.h5")
+    text = (folder / "box.msh").read_text()
+    (folder / "moved.msh").write_text(text.replace("1 0.0 0.0 0.0", "1 0.1 0.0 0.0").replace(" 1.0 0.5 0.5", " 1.01 0.5 0.5"))
+    refused(["moved.msh", "away from its place"], "--import", "dmig", "out", "--faces", "moved.msh", "-o", "new.cbr.h5")
+    # Other physics: modes of another mass, coupled stiffness, a part that is held
+    rows = (folder / "out.dofs.csv").read_text().splitlines()
+    n = len(rows) - 1
+    reduce(folder, "--export", "matrix-market", "box.cbr.h5", "-o", "out")
+    for file, change, words in (
+        ("out.M.mtx", (n, n, 2.0), ("expected 1", "modal coordinate")),
+        ("out.K.mtx", (n, n, -2.0), ("modal coordinate", "positive")),
+        ("out.K.mtx", (1, 1, 1e13), ("resists rigid translations",)),
+    ):
+        whole = (folder / file).read_text()
+        i, j, value = change
+        lines = whole.splitlines()
+        lines[3:] = [line if not line.startswith(f"{i} {j} ") else f"{i} {j} {value!r}" for line in lines[3:]]
+        (folder / file).write_text("\n".join(lines) + "\n")
+        refused([*words, "out"], "--import", "matrix-market", "out", "-o", "new.cbr.h5")
+        (folder / file).write_text(whole)
+    assert not (folder / "new.cbr.h5").exists()
+
+
+def main():
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        check_formats(folder)
+        check_run(folder)
+        check_damage(folder)
+        check_refusals(folder)
+    print("ok")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,86 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A superelement that Sierra/SD wrote runs with contact: cbr-reduce --import sierra takes the faces from the companion Exodus mesh.
+usage: sierra_import.py CBR_REDUCE CBR_DYN. Exit 77 without CBR_SHARED_DATA (CONTRIBUTING.md), h5py or numpy."""
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+try:
+    import h5py
+    import numpy as np
+except ImportError as missing:
+    print(f"skipped: {missing}")
+    sys.exit(77)
+
+DATA = Path(os.environ.get("CBR_SHARED_DATA", "nowhere")) / "sierra"
+SPEED = 2.0
+# Sierra's block: 320 hexes from x = 0.0625 on, where the 25 nodes of nodeset 1 are its interface.
+SCENE = """
+components: {block: COMPONENT}
+instances:
+  left: {component: block, position: [0.06249, 0, 0], mirror: x, velocity: [2, 0, 0]}
+  right: {component: block, position: [-0.0625, 0, 0]}
+contact: [{between: [left.SURFACE, right.SURFACE]}]
+time: {end: 4.0e-4}
+output: {every: 2.0e-6, history: [left.SURFACE, right.SURFACE]}
+"""
+
+
+def run(folder, program, *arguments, expect=0):
+    done = subprocess.run([program, "-q", *arguments], cwd=folder, capture_output=True, text=True)
+    assert done.returncode == expect, (arguments, done.returncode, done.stderr)
+    return done
+
+
+def main():
+    for file in ("block_1-cbr.nc4", "block_1-eig.exo", "cbr2.ncf"):
+        if not (DATA / file).exists():
+            print(f"skipped: no {DATA / file}: set CBR_SHARED_DATA")
+            return 77
+    reducer, runner = sys.argv[1:3]
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        mesh = DATA / "block_1-eig.exo"
+        run(folder, reducer, "--import", "sierra", DATA / "block_1-cbr.nc4", "--faces", mesh, "-o", "block.cbr.h5")
+        with h5py.File(folder / "block.cbr.h5") as file:
+            (surface,) = file["interface"]
+            faces, x = file[f"interface/{surface}/faces"][()], file["nodes/coordinates"][()]
+            assert faces.shape == (16, 4) and len(x) == 25
+            normals = np.cross(x[faces[:, 2]] - x[faces[:, 0]], x[faces[:, 3]] - x[faces[:, 1]]) / 2
+            np.testing.assert_allclose(normals.sum(0), [-0.01, 0, 0], rtol=0, atol=1e-12)  # outward, 0.1 x 0.1
+            mass = file["rigid_body/mass"][()].item()
+            K_cc, M_kc = file["matrices/K_cc"][()], file["matrices/M_kc"][()]
+        assert K_cc.shape == (75, 75) and M_kc.shape == (30, 75)
+        # Aluminium, 2704.32669 kg/m^3
+        np.testing.assert_allclose(mass, 2704.32669 * 0.1 * 0.1 * 0.5, rtol=1e-9)
+
+        (folder / "scene.yaml").write_text(
+            SCENE.replace("COMPONENT", "{superelement: block.cbr.h5}").replace("SURFACE", surface))
+        run(folder, runner, "scene.yaml", "-o", "results.h5")
+        with h5py.File(folder / "results.h5") as file:
+            left, right = (file[f"instances/{which}/momentum"][()][:, 0] for which in ("left", "right"))
+            active, energy = file["contact/active"][()], file["energy/total"][()]
+        assert active.max() > 0 and active[0] == 0 and active[-1] == 0, active
+        np.testing.assert_allclose(left + right, mass * SPEED, rtol=1e-9)
+        assert abs(energy[0] / (0.5 * mass * SPEED**2) - 1) < 1e-9 and energy.max() < energy[0] * (1 + 1e-9)
+        assert right[-1] > 0.8 * mass * SPEED, right[-1]  # equal blocks exchange their velocities
+
+        # Rotations are refused by name, and a mesh that is another's
+        error = run(folder, reducer, "--import", "sierra", DATA / "cbr2.ncf", "-o", "old.cbr.h5", expect=2).stderr
+        assert "rotational dof" in error and error.count("\n") == 1, error
+        (folder / "cut.nc4").write_bytes((DATA / "block_1-cbr.nc4").read_bytes()[:100000])
+        error = run(folder, reducer, "--import", "sierra", "cut.nc4", "-o", "old.cbr.h5", expect=2).stderr
+        assert "cut.nc4" in error and error.count("\n") == 1, error
+        error = run(folder, reducer, "--import", "sierra", mesh, "-o", "old.cbr.h5", expect=2).stderr
+        assert "not a Sierra/SD superelement" in error and error.count("\n") == 1, error
+        assert not (folder / "old.cbr.h5").exists()
+        print(f"mass {mass:.9g}, momentum given on {right[-1] / (mass * SPEED):.4f}, energy kept {energy[-1] / energy[0]:.4f}")
+    print("ok")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
