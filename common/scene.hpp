@@ -45,6 +45,8 @@ struct CharacteristicOptions {
 };
 // A uniform pressure, or uniform tractions along three axes.
 inline Index default_patterns(const CharacteristicOptions& options) { return options.shear ? 3 : 1; }
+// Of basis characteristic, where neither modes nor a cutoff is given.
+inline constexpr Index default_modes = 80;
 // A third as many as modes with the interface held, within 10 and 40: docs/decisions/characteristic.md.
 inline Index default_shapes(const std::optional<Index>& modes) { return std::clamp<Index>(modes.value_or(0) / 3, 10, 40); }
 

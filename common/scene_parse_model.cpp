@@ -163,7 +163,10 @@ ReductionOptions parse_reduction(const SceneNode& node, const std::filesystem::p
     reduction.characteristic = parse_characteristic(*characteristic);
   }
   reduction.interface_sets = map.at("interface").names();
-  const std::string selection = map.exactly_one({"modes", "cutoff_hz", "tolerance"});
+  const bool is_any = map.find("modes") != nullptr || map.find("cutoff_hz") != nullptr || map.find("tolerance") != nullptr;
+  const bool is_default = reduction.is_characteristic() && !is_any;
+  const std::string selection = is_default ? "" : map.exactly_one({"modes", "cutoff_hz", "tolerance"});
+  if (is_default) reduction.modes = default_modes;
   if (selection == "modes") reduction.modes = map.at("modes").index(0);
   if (selection == "cutoff_hz") reduction.cutoff_hz = map.at("cutoff_hz").positive();
   if (selection == "tolerance") reduction.tolerance = map.at("tolerance").in_open_range(0, 1);

@@ -82,7 +82,7 @@ void add_reduce_options(CLI::App& app, ReduceCommand& command) {
                    "sideset or nodeset whose nodes are kept; may be repeated. Other sets within these nodes are kept too")
       ->allow_extra_args(false)
       ->type_name("NAME");
-  auto* modes = mesh->add_option("--modes", command.modes, "number of fixed-interface modes, 0 or more")->type_name("N");
+  auto* modes = mesh->add_option("--modes", command.modes, "number of fixed-interface modes, 0 or more; with --basis characteristic 80 if not given")->type_name("N");
   auto* cutoff = mesh->add_option("--cutoff-hz", command.cutoff_hz, "keep all fixed-interface modes below this frequency")
                      ->type_name("HZ")
                      ->excludes(modes);
@@ -204,7 +204,8 @@ Scene scene_of_mesh(const ReduceCommand& command) {
   const std::string mass = word_in("--mass", command.mass, {"auto", "lumped", "consistent"});
   if (mass != "auto") component.mass = mass == "lumped" ? MassKind::lumped : MassKind::consistent;
   if (command.interface_sets.empty()) throw InputError("--interface is missing: name the sideset or nodeset whose nodes are kept");
-  if (!command.modes && !command.cutoff_hz && !command.tolerance)
+  const bool has_default = command.basis == "characteristic";
+  if (!command.modes && !command.cutoff_hz && !command.tolerance && !has_default)
     throw InputError("--modes, --cutoff-hz or --tolerance is missing: give one of them");
   if (command.modes && *command.modes < 0)
     throw InputError("--modes: " + std::to_string(*command.modes) + " found, 0 or more is allowed");
@@ -217,6 +218,7 @@ Scene scene_of_mesh(const ReduceCommand& command) {
   if (!command.massless_modes.empty() && !reduction.is_massless()) throw InputError("--massless-modes requires --basis massless");
   reduction.interface_sets = command.interface_sets;
   reduction.modes = command.modes;
+  if (has_default && !command.cutoff_hz && !command.tolerance) reduction.modes = command.modes.value_or(default_modes);
   reduction.cutoff_hz = command.cutoff_hz;
   reduction.tolerance = command.tolerance;
   reduction.pick = word_in("--pick", command.pick, {"frequency", "participation"});

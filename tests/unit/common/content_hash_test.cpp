@@ -86,6 +86,12 @@ TEST(ContentHash, needsTheMesh) {
   EXPECT_THROW(content_hash(scene, scene.components.begin()->second), InputError);
 }
 
+// The basis alone is enough, and means the same as its default written out.
+TEST(ContentHash, CharacteristicAloneKeepsEightyModes) {
+  const std::string alone = replaced(scene_text, "modes: 10, ", "basis: characteristic, ");
+  EXPECT_EQ(hash_of(alone), hash_of(replaced(scene_text, "modes: 10, ", "basis: characteristic, modes: 80, ")));
+}
+
 // A scene that is passed on means the same material to the last bit, whatever its axes were given as.
 TEST(ContentHash, OrthotropicMaterialsSurviveTheWayThroughAPipe) {
   const std::string ply = replaced(scene_text, "youngs_modulus: 2e11, poissons_ratio: 0.3,",
