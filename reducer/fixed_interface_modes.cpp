@@ -21,7 +21,7 @@ namespace {
 // Two eigenvalues closer than this are one multiple eigenvalue to the inertia count.
 constexpr double relative_gap = 1e-7;
 // Candidates for pick: participation (docs/decisions/reduction.md).
-constexpr Index least_candidates = 100, candidates_per_mode = 2;
+constexpr Index least_candidates = 200, candidates_per_mode = 4;
 // Minutes of dense work and 5 GB, as a last resort.
 constexpr Index largest_dense = 15000;
 
