@@ -6,7 +6,7 @@ PRESET ?= release
 PYTHON ?= /usr/bin/python3
 export PYTHON
 
-.PHONY: help packages configure programs build test demo paper fig3 fig5 fig6 fig8 fig9 fig10 fig11 fig12 eqs eq18 dissimilar hertz small-features ordinary-part stress stress-table load seeds fuzz sanitize bench bench-docs bench-contact install check clean
+.PHONY: help packages configure programs build test demo paper fig3 fig5 fig6 fig8 fig9 fig10 fig11 fig12 eqs eq18 dissimilar hertz small-features ordinary-part stress stress-table load seeds fuzz sanitize bench bench-docs bench-contact install deb check clean
 .DEFAULT_GOAL := help
 
 help:
@@ -32,6 +32,7 @@ help:
 	@echo "make check     include directions and other house rules, without building"
 	@echo "make packages  install the Debian packages of packages.txt (apt-get; sudo when not root)"
 	@echo "make install   build and install under PREFIX (default /usr/local)"
+	@echo "make deb       build a Debian package of the programs, $(BUILD)/cbr_*.deb"
 	@echo "make clean     remove $(BUILD) and what the examples wrote"
 
 packages:
@@ -52,6 +53,7 @@ test: build check
 check:
 	@$(PYTHON) tests/check_includes.py
 	@$(PYTHON) tests/check_equations.py
+	@$(PYTHON) tests/package/check_container.py
 
 demo: programs
 	$(MAKE) -C tests/cases/block-impact BIN=$(abspath $(BUILD))/bin
@@ -116,8 +118,11 @@ bench-contact: configure
 	$(PYTHON) tests/benchmarks/plot_contact_cost.py $(BUILD)/contact-cost.csv $(BUILD)/contact-cost.png
 
 PREFIX ?= /usr/local
-install: build
+install: programs
 	cmake --install $(BUILD) --prefix $(PREFIX)
+
+deb: programs
+	cpack --config $(BUILD)/CPackConfig.cmake -B $(BUILD)
 
 clean:
 	rm -rf $(BUILD)
