@@ -214,7 +214,8 @@ void add_faces(const Mesh& mesh, const std::string& mesh_file, const std::string
   add_interface_sets(mesh, place, {}, s);
   if (!s.surfaces.empty()) return;
   Mesh with_sides = mesh;
-  with_sides.sidesets.clear(), with_sides.nodesets.clear();
+  with_sides.sidesets.clear();
+  with_sides.nodesets.clear();
   const auto add_surface = [&](const std::string& name, const std::vector<Index>& nodes) {
     std::vector<char> is_in(mesh.node_ids.size(), 0);
     for (const Index node : nodes) is_in[static_cast<std::size_t>(node)] = 1;

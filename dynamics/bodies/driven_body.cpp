@@ -34,7 +34,8 @@ void DrivenBody::predicted_positions(Index set, Points& x) const {
 
 MotionBound DrivenBody::moved(MotionBound bound) const {
   const Vector3 s = motion_.displacement(now_);
-  bound.lower += s, bound.upper += s;
+  bound.lower += s;
+  bound.upper += s;
   bound.growth += motion_.largest_speed();
   return bound;
 }
@@ -46,7 +47,8 @@ void DrivenBody::mean_motion(Index set, Vector3& position, Vector3& velocity) co
 }
 
 void DrivenBody::predict(double t, double h) {
-  t_ = t, h_ = h;
+  t_ = t;
+  h_ = h;
   inner_->predict(t, h);
 }
 

@@ -22,7 +22,8 @@ History slopes(double value, const History& velocity) {
     const double after = i + 1 < n ? value * (velocity.value[i + 1] - velocity.value[i]) / right : 0;
     const double half = std::isfinite(std::min(left, right)) ? 0.5 * rounded_share * std::min(left, right) : 0;
     if (half > 0 && velocity.time[i] < half) {  // the run begins there
-      a.time.push_back(velocity.time[i]), a.value.push_back(after);
+      a.time.push_back(velocity.time[i]);
+      a.value.push_back(after);
     } else if (half > 0) {
       a.time.insert(a.time.end(), {velocity.time[i] - half, velocity.time[i] + half});
       a.value.insert(a.value.end(), {before, after});
@@ -40,10 +41,14 @@ Vector spline_curvatures(const std::vector<double>& t, const std::vector<double>
   const auto secant = [&](Index i) { return (y[i + 1] - y[i]) / (t[i + 1] - t[i]); };
   for (Index i = 0; i < n; ++i) {
     const double before = i > 0 ? t[i] - t[i - 1] : 0, after = i + 1 < n ? t[i + 1] - t[i] : 0;
-    diagonal[i] = (before + after) / 3, upper[i] = after / 6;
+    diagonal[i] = (before + after) / 3;
+    upper[i] = after / 6;
     right[i] = (i + 1 < n ? secant(i) : 0) - (i > 0 ? secant(i - 1) : start_slope);
   }
-  if (ends_free) diagonal[n - 1] = 1, right[n - 1] = 0;
+  if (ends_free) {
+    diagonal[n - 1] = 1;
+    right[n - 1] = 0;
+  }
   for (Index i = 1; i < n; ++i) {
     const double lower = i == n - 1 && ends_free ? 0 : upper[i - 1];
     const double factor = lower / diagonal[i - 1];
@@ -66,10 +71,13 @@ History spline_accelerations(double value, const History& displacement, double s
   History history{t, {a.data(), a.data() + a.size()}};
   const auto n = static_cast<Index>(t.size());
   const double last = 0.5 * rounded_share, inner = 1 - last;
-  history.time.back() = last * t[n - 2] + inner * t[n - 1], history.value.back() = last * a[n - 2] + inner * a[n - 1];
-  history.time.push_back(t[n - 1] + last * (t[n - 1] - t[n - 2])), history.value.push_back(0);
+  history.time.back() = last * t[n - 2] + inner * t[n - 1];
+  history.value.back() = last * a[n - 2] + inner * a[n - 1];
+  history.time.push_back(t[n - 1] + last * (t[n - 1] - t[n - 2]));
+  history.value.push_back(0);
   if (t[0] > 0) {
-    history.time.front() = inner * t[0] + last * t[1], history.value.front() = inner * a[0] + last * a[1];
+    history.time.front() = inner * t[0] + last * t[1];
+    history.value.front() = inner * a[0] + last * a[1];
     history.time.insert(history.time.begin(), t[0] - last * (t[1] - t[0]));
     history.value.insert(history.value.begin(), 0);
   }

@@ -144,6 +144,9 @@ void Recorder::record_energy(const std::vector<char>& resting) {
 
 // What changes the momentum beside loads and contact. Before the sums of contact begin anew.
 void Recorder::record_reactions(double t, double interval, const ContactState& state) {
+  std::vector<Vector3> of_contact(sim_.supports.size(), Vector3::Zero());
+  for (std::size_t c = 0; c < sim_.contact_nodes.size() && !of_contact.empty(); ++c)
+    of_contact[sim_.contact_nodes[c].body] += state.impulses_since_output[c].colwise().sum().transpose();
   for (std::size_t b = 0; b < sim_.supports.size(); ++b) {
     if (!sim_.supports[b]) continue;
     RunResult::OfBody& of = result_.bodies[b];
@@ -153,12 +156,9 @@ void Recorder::record_reactions(double t, double interval, const ContactState& s
       continue;
     }
     const Eigen::Map<const Vector3> now(momentum.data() + momentum.size() - 3), before(momentum.data() + momentum.size() - 6);
-    Vector3 impulse = now - before;
+    Vector3 impulse = now - before - of_contact[b];
     for (const Supports::Resultant& load : sim_.supports[b]->loads)
       impulse -= load.history.integral(t - interval, t) * load.force;
-    for (std::size_t c = 0; c < sim_.contact_nodes.size(); ++c)
-      if (sim_.contact_nodes[c].body == static_cast<Index>(b))
-        impulse -= state.impulses_since_output[c].colwise().sum().transpose();
     of.reaction.add(impulse / interval);
   }
 }

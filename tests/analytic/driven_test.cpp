@@ -71,9 +71,9 @@ double stretch(double a, double t) { return -a / (omega * omega) * (1 - std::cos
 TEST_F(SupportsThatMove, ConstantAccelerationInClosedForm) {
   const double a = 3;
   const Ran ran = folder.run(scene({.motion = "acceleration: [3, 0, 0]"}));
-  EXPECT_LT(largest_error(ran, [&](double t) { return 0.5 * a * t * t; }, "bar.x_min"), 1e-12);
-  EXPECT_LT(largest_error(ran, [&](double t) { return 0.5 * a * t * t + stretch(a, t); }), 1e-12);
-  EXPECT_LT(test::energy_residual(ran.result), 1e-12);
+  EXPECT_LT(largest_error(ran, [&](double t) { return 0.5 * a * t * t; }, "bar.x_min"), 1e-14);
+  EXPECT_LT(largest_error(ran, [&](double t) { return 0.5 * a * t * t + stretch(a, t); }), 1e-14);
+  EXPECT_LT(test::energy_residual(ran.result), 1e-14);
 }
 
 // The base's mass and the spring need the force m a (2 - cos omega t), and it does the work of that force.
@@ -84,9 +84,9 @@ TEST_F(SupportsThatMove, ReactionsAndTheirWork) {
   const auto impulse = [&](double t) { return mass * a * (2 * t - std::sin(omega * t) / omega); };
   for (std::size_t i = 1; i < ran.result.time.size(); ++i) {
     const double t = ran.result.time[i], before = ran.result.time[i - 1];
-    EXPECT_NEAR(at(reaction, i)[0], (impulse(t) - impulse(before)) / (t - before), 1e-10);
+    EXPECT_NEAR(at(reaction, i)[0], (impulse(t) - impulse(before)) / (t - before), 1e-13);
     const double work = mass * a * a * (t * t - t * std::sin(omega * t) / omega - (std::cos(omega * t) - 1) / (omega * omega));
-    EXPECT_NEAR(ran.result.work_external[i], work, 1e-11);
+    EXPECT_NEAR(ran.result.work_external[i], work, 1e-13);
   }
 }
 
@@ -99,8 +99,8 @@ TEST_F(SupportsThatMove, ReactionsOfSupportsAtRest) {
     const Ran ran = folder.run(scene(way));
     const auto& reaction = ran.body("bar").reaction;
     const Vector3 last = at(reaction, ran.result.time.size() - 1);
-    EXPECT_NEAR(last[0], -5, 1e-6) << as;
-    EXPECT_NEAR(last[2], 2 * ran.mass("bar"), 1e-6) << as;
+    EXPECT_NEAR(last[0], -5, 1e-11) << as;
+    EXPECT_NEAR(last[2], 2 * ran.mass("bar"), 1e-11) << as;
   }
 }
 
@@ -109,9 +109,9 @@ TEST_F(SupportsThatMove, VelocityRampInClosedForm) {
   const Ran ran = folder.run(scene({.motion = "velocity: [2, 0, 0], history: {time: [0, 0.3], value: [0, 1]}"}));
   const auto base = [&](double t) { return t < 0.3 ? 0.5 * a * t * t : 0.3 + 2 * (t - 0.3); };
   const auto free_end = [&](double t) { return base(t) + stretch(a, t) - (t > 0.3 ? stretch(a, t - 0.3) : 0); };
-  EXPECT_LT(largest_error(ran, base, "bar.x_min"), 1e-9);
-  EXPECT_LT(largest_error(ran, free_end), 1e-9);
-  EXPECT_LT(test::energy_residual(ran.result), 1e-12);
+  EXPECT_LT(largest_error(ran, base, "bar.x_min"), 1e-12);
+  EXPECT_LT(largest_error(ran, free_end), 1e-12);
+  EXPECT_LT(test::energy_residual(ran.result), 1e-14);
 }
 
 // From rest to rest by a cubic: s = D (3 x^2 - 2 x^3), x = t / T. After that nothing moves the base.
@@ -124,7 +124,7 @@ TEST_F(SupportsThatMove, DisplacementInClosedForm) {
   };
   const auto free_end = [&](double t) { return base(t) + swing(a, slope, t) + swing(a, -slope, t - T); };
   EXPECT_LT(largest_error(ran, base, "bar.x_min"), 1e-11);
-  EXPECT_LT(largest_error(ran, free_end), 1e-10);
+  EXPECT_LT(largest_error(ran, free_end), 1e-11);
 }
 
 // A spline through many points of a smooth curve: the base is off by less than its fourth order.
@@ -142,7 +142,7 @@ TEST_F(SupportsThatMove, DisplacementTableOfManyPoints) {
     steps.push_back(1.0 / n);
     errors.push_back(largest_error(ran, curve, "bar.x_min"));
   }
-  EXPECT_LT(errors.back(), 1e-6);
+  EXPECT_LT(errors.back(), 5e-8);
   EXPECT_GT(test::observed_order(steps, errors), 3.5);
 }
 
@@ -179,7 +179,7 @@ TEST_F(SupportsThatMove, OtherIntegratorsConverge) {
       };
       steps.push_back(1.0 / n);
       errors.push_back(largest_error(ran, free_end));
-      EXPECT_LT(test::energy_residual(ran.result), 1e-11) << way.as << way.integrator;
+      EXPECT_LT(test::energy_residual(ran.result), 1e-13) << way.as << way.integrator;
     }
     EXPECT_NEAR(test::observed_order(steps, errors), 2, 0.1) << way.as << way.integrator;
   }
@@ -200,15 +200,15 @@ TEST_F(SupportsThatMove, EveryBodyMovesAlike) {
       double worst = 0;
       const auto &a = mesh.monitor("bar.x_max").mean_position, &b = ran.monitor("bar.x_max").mean_position;
       for (std::size_t i = 0; i < mesh.result.time.size(); ++i) worst = std::max(worst, (at(a, i) - at(b, i)).norm());
-      EXPECT_LT(worst, is_massless ? 5e-3 : 1e-9) << basis << kind;
-      EXPECT_LT(test::energy_residual(ran.result), 1e-10) << basis << kind;
+      EXPECT_LT(worst, is_massless ? 2e-3 : 1e-11) << basis << kind;
+      EXPECT_LT(test::energy_residual(ran.result), 1e-13) << basis << kind;
     }
     folder.diagonal_limit = 0;
     way.basis = "craig-bampton, modes: 60", way.integrator = "newmark", way.step = "0.001";
     const Ran coupled = folder.run(scene(way));
     folder.diagonal_limit.reset();
     EXPECT_LT(test::energy_residual(coupled.result), 1e-10) << kind;
-    EXPECT_NEAR(at(coupled.monitor("bar.x_max").mean_position, 100)[0], at(mesh.monitor("bar.x_max").mean_position, 100)[0], 1e-3);
+    EXPECT_NEAR(at(coupled.monitor("bar.x_max").mean_position, 100)[0], at(mesh.monitor("bar.x_max").mean_position, 100)[0], 2e-4);
   }
 }
 
@@ -235,11 +235,12 @@ TEST_F(SupportsThatMove, APressCloses) {
       const Ran ran = folder.run(press(way));
       const std::string name = way.as + " " + way.integrator + " " + basis;
       const std::size_t last = ran.result.time.size() - 1;
+      const bool is_stiffer = std::string(basis).find("characteristic") == 0;  // few shapes and 12 modes of its statics
       // Two bars in a row take 0.02 between them
       const double force = 200 * 0.09 * 0.02 / 2;
-      EXPECT_NEAR(at(ran.body("platen").reaction, last)[0], force, 2e-3 * force) << name;
-      EXPECT_NEAR(at(ran.body("bar").reaction, last)[0], -force, 2e-3 * force) << name;
-      EXPECT_LT(test::energy_residual(ran.result), 1e-9) << name;
+      EXPECT_NEAR(at(ran.body("platen").reaction, last)[0], force, (is_stiffer ? 2e-3 : 1e-8) * force) << name;
+      EXPECT_NEAR(at(ran.body("bar").reaction, last)[0], -force, (is_stiffer ? 2e-3 : 1e-8) * force) << name;
+      EXPECT_LT(test::energy_residual(ran.result), 1e-12) << name;
     }
   }
 }

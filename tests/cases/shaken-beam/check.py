@@ -49,10 +49,11 @@ interval = t[1] - t[0]
 mean = np.sinc(HZ * interval)  # of a sine over the interval between two outputs, which a reaction is the mean of
 tip_found = amplitude(z["x_max"] - z["x_min"], t)
 force_found = amplitude(reaction, t - interval / 2) / mean
+# The sine is a table of 200 points a period, whose amplitude is 8e-5 too small
 checks = [
-    ("tip beside the base, from the transfer function", abs(tip_found / tip_expected - 1), 1e-3),
-    ("force of the shaker, likewise", abs(force_found / force_expected - 1), 1e-3),
-    ("base, from its double integral", abs(amplitude(z["x_min"], t) / (-ACCELERATION / omega**2) - 1), 1e-3),
+    ("tip beside the base, from the transfer function", abs(tip_found / tip_expected - 1), 2e-4),
+    ("force of the shaker, likewise", abs(force_found / force_expected - 1), 2e-4),
+    ("base, from its double integral", abs(amplitude(z["x_min"], t) / (-ACCELERATION / omega**2) - 1), 2e-4),
     ("energy that no work accounts for, share", np.abs(total - total[0] - external - damping).max() / total.max(), 1e-9),
 ]
 missed = 0
