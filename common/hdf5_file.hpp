@@ -4,6 +4,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -47,8 +48,11 @@ class Hdf5Writer {
   // A whole file of what has been written so far; this one goes on.
   void save_copy(const std::filesystem::path& target);
   void commit();
+  // Instead of commit(): `use` reads the whole file under its temporary name, then it is gone.
+  void use_and_remove(const std::function<void(const std::filesystem::path& file)>& use);
 
  private:
+  void close();
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

@@ -234,12 +234,21 @@ void Hdf5Writer::save_copy(const fs::path& target) {
   write_copy(impl_->temporary.path(), target);
 }
 
-void Hdf5Writer::commit() {
+void Hdf5Writer::close() {
   errno = 0;
   // Flushed before it is closed: a flush that fails leaves the file in our hands, a close that fails does not.
   impl_->require(H5Fflush(impl_->file, H5F_SCOPE_GLOBAL) >= 0, "");
   impl_->require(H5Fclose(impl_->file.release()) >= 0, "");
+}
+
+void Hdf5Writer::commit() {
+  close();
   impl_->temporary.commit();
+}
+
+void Hdf5Writer::use_and_remove(const std::function<void(const fs::path& file)>& use) {
+  close();
+  use(impl_->temporary.path());
 }
 
 }  // namespace cbr

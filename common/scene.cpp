@@ -41,6 +41,17 @@ Matrix3 axis_rotation(int a, double degrees) {
   return R;
 }
 
+Material material_of_file(const FileMaterial& m, const Component& component, const Block& block) {
+  std::string problem = m.problem;
+  if (problem.empty() && !(m.youngs_modulus > 0)) problem = "has no positive Young's modulus";
+  if (problem.empty() && !(m.poissons_ratio > -1 && m.poissons_ratio < 0.5)) problem = "has a Poisson's ratio that is not between -1 and 0.5";
+  if (problem.empty() && !(m.density > 0)) problem = "has no positive density";
+  if (!problem.empty())
+    throw InputError(component.mesh.string() + ": material '" + m.name + "' of block '" + block.name + "' " + problem +
+                     ": give component '" + component.name + "' a material in the scene");
+  return {.youngs_modulus = m.youngs_modulus, .poissons_ratio = m.poissons_ratio, .density = m.density};
+}
+
 }  // namespace
 
 std::string SourceLine::text() const { return line > 0 ? file + ":" + std::to_string(line) : file; }
@@ -141,6 +152,8 @@ std::vector<BlockProperties> block_properties(const Scene& scene, const Componen
     const auto known = scene.materials.find(material);
     if (known != scene.materials.end()) {
       block_property.material = known->second;
+    } else if (block.material && dimension(block.type) == 3) {
+      block_property.material = material_of_file(*block.material, component, block);
     } else if (dimension(block.type) == 3) {  // shells and skins have no volume and need no material
       throw InputError(component.source.text() + ": components." + component.name + ": block '" + block.name + "' of " +
                        component.mesh.string() + " has no material: add 'material', or name the block under 'blocks'");

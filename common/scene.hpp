@@ -221,10 +221,14 @@ struct CheckpointOptions {
   SourceLine source;
 };
 
+// In which file fields go to viewers: XDMF over HDF5, or Exodus II.
+enum class FieldFormat { xdmf, exodus };
+
 struct OutputOptions {
   double every = 0;  // 0: every step
   std::vector<SurfaceName> history;
   std::vector<std::string> fields;  // displacement | velocity | stress | contact_pressure
+  FieldFormat format = FieldFormat::xdmf;
   std::optional<CheckpointOptions> checkpoint;
   SourceLine source;
 };

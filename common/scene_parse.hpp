@@ -26,8 +26,9 @@ SurfaceName parse_surface_name(const SceneNode& node, const Scene& scene, const 
 // Names of components, instances and walls become parts of file and dataset names, and INSTANCE.SURFACE is cut at a dot.
 void require_plain_name(const SceneNode& node, const std::string& kind, const std::string& name);
 
-// Whether every entry under `components` is a superelement file alone: then the scene needs no materials.
-bool has_only_superelements(const SceneNode& node);
+// Whether every entry under `components` is a superelement file alone, or has the materials of its mesh file: then the scene needs
+// none.
+bool needs_no_materials(const SceneNode& node);
 void parse_materials(const SceneNode& node, Scene& scene);
 void parse_components(const SceneNode& node, const std::filesystem::path& folder, Scene& scene);
 void parse_instances(const SceneNode& node, Scene& scene, SceneNames& names);

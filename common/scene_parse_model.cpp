@@ -220,11 +220,11 @@ Component parse_component(const SceneNode& node, const std::string& name, const 
     const SceneMap entries = blocks->map_of_any();
     for (const auto& [block, options] : entries.entries()) {
       component.blocks[block] = parse_block(options, scene);
-      if (component.material.empty() && component.blocks[block].material.empty()) {
+      if (component.material.empty() && component.blocks[block].material.empty() && !may_hold_materials(component.mesh)) {
         options.fail("missing key 'material', and the component names no material for all blocks");
       }
     }
-  } else if (component.material.empty()) {
+  } else if (component.material.empty() && !may_hold_materials(component.mesh)) {
     node.fail("missing key 'material': for all blocks, or for each under 'blocks'");
   }
   if (const auto* element = map.find("element")) component.element = element->one_of(hex8_words);
@@ -357,11 +357,16 @@ void parse_components(const SceneNode& node, const std::filesystem::path& folder
   }
 }
 
-bool has_only_superelements(const SceneNode& node) {
+bool needs_no_materials(const SceneNode& node) {
   if (!node.is_map()) return false;
   const SceneMap map = node.map_of_any();
   return std::all_of(map.entries().begin(), map.entries().end(), [](const auto& entry) {
-    return entry.second.is_map() && entry.second.map_of_any().find("superelement") != nullptr;
+    if (!entry.second.is_map()) return false;
+    const SceneMap component = entry.second.map_of_any();
+    if (component.find("superelement") != nullptr) return true;
+    const SceneNode* mesh = component.find("mesh");
+    const bool is_file = mesh != nullptr && mesh->is_scalar();
+    return is_file && may_hold_materials(mesh->text()) && component.find("material") == nullptr;
   });
 }
 

@@ -196,7 +196,7 @@ void parse_time(const SceneNode& node, Scene& scene) {
 }
 
 void parse_output(const SceneNode& node, const std::filesystem::path& folder, const SceneNames& names, Scene& scene) {
-  const SceneMap map = node.map({"every", "history", "fields", "checkpoint"});
+  const SceneMap map = node.map({"every", "history", "fields", "format", "checkpoint"});
   scene.output.source = node.source();
   if (const auto* every = map.find("every")) scene.output.every = every->not_negative();
   if (const auto* history = map.find("history")) {
@@ -214,6 +214,10 @@ void parse_output(const SceneNode& node, const std::filesystem::path& folder, co
                                                               {"contact_pressure", "contact_pressure"}}));
     }
     fields->names();  // none twice
+  }
+  if (const auto* format = map.find("format")) {
+    scene.output.format = format->one_of(field_format_words);
+    if (scene.output.fields.empty()) format->fail("is the format of fields, and there are none: add output.fields");
   }
   if (const auto* checkpoint = map.find("checkpoint")) scene.output.checkpoint = parse_checkpoint(*checkpoint, folder);
 }

@@ -57,7 +57,7 @@ std::string read_text(const std::string& file_or_dash) {
 void parse_sections(const SceneMap& map, const fs::path& folder, Scene& scene) {
   const auto* components = map.find("components");
   const bool has_materials = map.find("materials") != nullptr;
-  if (has_materials || components == nullptr || !has_only_superelements(*components)) parse_materials(map.at("materials"), scene);
+  if (has_materials || components == nullptr || !needs_no_materials(*components)) parse_materials(map.at("materials"), scene);
   parse_components(map.at("components"), folder, scene);
   SceneNames names;
   // The order is that of the references, not of the file.

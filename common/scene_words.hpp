@@ -31,6 +31,7 @@ inline const Words<SupportMotion> motion_words = {{"displacement", SupportMotion
                                                   {"velocity", SupportMotion::velocity},
                                                   {"acceleration", SupportMotion::acceleration}};
 inline const Words<Rotations> rotations_words = {{"small", Rotations::small}, {"large", Rotations::large}};
+inline const Words<FieldFormat> field_format_words = {{"xdmf", FieldFormat::xdmf}, {"exodus", FieldFormat::exodus}};
 inline const Words<Integrator> integrator_words = {
     {"exact", Integrator::exact}, {"central-difference", Integrator::central_difference}, {"newmark", Integrator::newmark}};
 

@@ -261,6 +261,7 @@ void write_scene(const Scene& scene, std::ostream& out) {
   for (const auto& surface : scene.output.history) history.push_back(surface.text());
   FlowMap output;
   output.add("every", number_text(scene.output.every)).add("history", words(history)).add("fields", words(scene.output.fields));
+  if (scene.output.format != FieldFormat::xdmf) output.add("format", word_of(field_format_words, scene.output.format));
   if (scene.output.checkpoint) output.add("checkpoint", checkpoint_text(*scene.output.checkpoint));
   out << "output: " << output.text() << "\n";
 }

@@ -65,7 +65,7 @@ void refuse_mesh_options(const ReduceCommand& c) {
   const char* option = given_mesh_option(c);
   if (option == nullptr && !c.output.empty()) option = "--output";
   if (option == nullptr) return;
-  throw InputError(c.input + ": " + option + " requires a mesh (.msh, .exo, .e, .g) as INPUT; in a scene give it under components");
+  throw InputError(c.input + ": " + option + " requires a mesh (.msh, .exo, .inp, .bdf, ...) as INPUT; in a scene give it under components");
 }
 
 // A mistyped -o or superelement: would cost the user a mesh or the scene.

@@ -76,7 +76,7 @@ CharacteristicOptions characteristic_of(const ReduceCommand& command, const Redu
 }  // namespace
 
 void add_reduce_options(CLI::App& app, ReduceCommand& command) {
-  app.add_option("INPUT", command.input, "scene (YAML), - for a scene on standard input, or mesh (.msh .exo .e .g)")->required();
+  app.add_option("INPUT", command.input, "scene (YAML), - for a scene on standard input, or mesh (.msh .exo .e .g .inp .bdf .unv .vtk)")->required();
   auto* mesh = app.add_option_group("with a mesh", "description of the component; in a scene these are keys");
   mesh->add_option("--interface", command.interface_sets,
                    "sideset or nodeset whose nodes are kept; may be repeated. Other sets within these nodes are kept too")
@@ -194,6 +194,8 @@ Scene scene_of_mesh(const ReduceCommand& command) {
   const bool no_material = !command.youngs_modulus && !command.poissons_ratio && !command.density;
   if (command.estimate && no_material && !command.cutoff_hz) {
     scene.materials["material"] = {1, 0, 1};  // nothing depends on it
+  } else if (no_material && may_hold_materials(component.mesh)) {
+    component.material.clear();  // that of the file
   } else {
     scene.materials["material"] = {
         number_in("--youngs-modulus", command.youngs_modulus, 0, INFINITY, "a positive number"),

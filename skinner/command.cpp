@@ -73,11 +73,11 @@ void skin_a_mesh(const SkinCommand& command, Report& report) {
 
 void skin_a_scene(const SkinCommand& command, std::ostream* scene_out, Report& report) {
   if (!command.sidesets.empty())
-    throw InputError(command.input + ": --sideset requires a mesh (.msh, .exo, .e, .g) as INPUT; in a scene give skin: surfaces");
+    throw InputError(command.input + ": --sideset requires a mesh (.msh, .exo, .inp, .bdf, ...) as INPUT; in a scene give skin: surfaces");
   Scene scene = read_scene(command.input);
   if (scene.skin) {
     if (!command.output.empty()) scene.skin->mesh = std::filesystem::absolute(command.output).lexically_normal();
-    if (!is_mesh_name(scene.skin->mesh))
+    if (!is_written_mesh_name(scene.skin->mesh))
       throw InputError(scene.skin->source.text() + ": skin: mesh: '" + scene.skin->mesh.filename().string() +
                        "' found, a name that ends in .msh, .exo, .e or .g is wanted");
     for (const auto& [name, component] : scene.components)

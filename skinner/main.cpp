@@ -16,7 +16,7 @@ int main(int argc, char** argv) {
   cbr::CommonOptions common;
   cbr::SkinCommand command;
   cbr::add_common_options(app, common);
-  app.add_option("INPUT", command.input, "scene (YAML), - for a scene on standard input, or mesh (.msh .exo .e .g)")->required();
+  app.add_option("INPUT", command.input, "scene (YAML), - for a scene on standard input, or mesh (.msh .exo .e .g .inp .bdf .unv .vtk)")->required();
   app.add_option("--sideset", command.sidesets, "sideset of the mesh to skin; may be repeated")->allow_extra_args(false);
   app.add_option("-o,--output", command.output, "output mesh (.msh .exo .e .g); in a scene give skin: mesh instead");
   return cbr::run_program(app, argc, argv, [&] {

@@ -4,6 +4,7 @@
 #include <set>
 
 #include "common/error.hpp"
+#include "common/mesh/exodus_results.hpp"
 #include "common/mesh/mesh_formats.hpp"
 #include "common/mesh/netcdf_file.hpp"
 
@@ -82,8 +83,10 @@ void write_headers(NetcdfWriter& file, const Sets& sets, const std::string& pref
   file.write(prefix + "_names", names, width);
 }
 
-Index name_width(const Mesh& mesh) {
+Index name_width(const Mesh& mesh, const ExodusVariables& variables = {}) {
   std::size_t longest = 32;
+  for (const auto* names : {&variables.nodal, &variables.element})
+    for (const std::string& name : *names) longest = std::max(longest, name.size());
   const auto see = [&](const auto& sets) {
     for (const auto& set : sets) {
       if (set.name.find('\0') != std::string::npos)
@@ -96,14 +99,50 @@ Index name_width(const Mesh& mesh) {
   return static_cast<Index>(longest) + 1;
 }
 
-void define(NetcdfWriter& file, const Mesh& mesh, Index n_elements, Index width) {
+std::string nodal_variable(std::size_t v) { return "vals_nod_var" + std::to_string(v + 1); }
+std::string element_variable(std::size_t v, std::size_t block) {
+  return "vals_elem_var" + std::to_string(v + 1) + "eb" + std::to_string(block + 1);
+}
+
+void define(NetcdfWriter& file, const ExodusVariables& variables) {
+  if (!variables.nodal.empty()) {
+    file.dimension("num_nod_var", static_cast<Index>(variables.nodal.size()));
+    file.define_text("name_nod_var", {"num_nod_var", "len_name"});
+  }
+  for (std::size_t v = 0; v < variables.nodal.size(); ++v) file.define_reals(nodal_variable(v), {"time_step", "num_nodes"});
+  if (variables.element.empty()) return;
+  file.dimension("num_elem_var", static_cast<Index>(variables.element.size()));
+  file.define_text("name_elem_var", {"num_elem_var", "len_name"});
+  file.define_integers("elem_var_tab", {"num_el_blk", "num_elem_var"});
+  for (std::size_t v = 0; v < variables.element.size(); ++v)
+    for (std::size_t b = 0; b < variables.of_block.size(); ++b)
+      if (variables.of_block[b]) file.define_reals(element_variable(v, b), {"time_step", "num_el_in_blk" + std::to_string(b + 1)});
+}
+
+void write_values(NetcdfWriter& file, const ExodusVariables& variables, Index width) {
+  if (!variables.nodal.empty()) file.write("name_nod_var", variables.nodal, width);
+  if (variables.element.empty()) return;
+  file.write("name_elem_var", variables.element, width);
+  std::vector<Index> table;
+  for (const bool has : variables.of_block) table.insert(table.end(), variables.element.size(), has ? 1 : 0);
+  file.write("elem_var_tab", table);
+}
+
+struct Head {
+  std::string title = "cbr";
+  Index n_elements = 0, width = 0;
+  const ExodusVariables& variables;
+};
+
+void define(NetcdfWriter& file, const Mesh& mesh, const Head& head) {
+  const Index width = head.width;
   file.attribute("api_version", 5.14F);
   file.attribute("version", 5.14F);
   file.attribute("floating_point_word_size", 8);
   file.attribute("file_size", 1);
   file.attribute("maximum_name_length", static_cast<int>(width - 1));
   file.attribute("int64_status", 0);
-  file.attribute("", "title", "cbr");
+  file.attribute("", "title", head.title);
   file.dimension("len_string", 33);
   file.dimension("len_line", 81);
   file.dimension("four", 4);
@@ -111,7 +150,7 @@ void define(NetcdfWriter& file, const Mesh& mesh, Index n_elements, Index width)
   file.dimension("time_step", 0);
   file.dimension("num_dim", 3);
   file.dimension("num_nodes", mesh.coordinates.rows());
-  file.dimension("num_elem", n_elements);
+  file.dimension("num_elem", head.n_elements);
   file.define_reals("time_whole", {"time_step"});
   define_headers(file, mesh.blocks, "num_el_blk", "eb");
   define_headers(file, mesh.sidesets, "num_side_sets", "ss");
@@ -141,6 +180,7 @@ void define(NetcdfWriter& file, const Mesh& mesh, Index n_elements, Index width)
     file.dimension(n, size_of(mesh.nodesets[s]));
     file.define_integers("node_ns" + number, {n});
   }
+  define(file, head.variables);
   file.end_definitions();
 }
 
@@ -181,17 +221,50 @@ void write_values(NetcdfWriter& file, const Mesh& mesh, Index width) {
   }
 }
 
+Index count_elements(const Mesh& mesh, const std::string& where) {
+  Index n = 0;
+  for (const auto& block : mesh.blocks) n += size_of(block);
+  if (n == 0 || mesh.coordinates.rows() == 0) throw InputError(where + ": a mesh without elements cannot be written");
+  return n;
+}
+
 }  // namespace
 
 void write_exodus(const Mesh& mesh, const std::filesystem::path& file, const std::string& where) {
-  Index n_elements = 0;
-  for (const auto& block : mesh.blocks) n_elements += size_of(block);
-  if (n_elements == 0 || mesh.coordinates.rows() == 0) throw InputError(where + ": a mesh without elements cannot be written");
-  const Index width = name_width(mesh);
+  const ExodusVariables none;
+  const Head head{.n_elements = count_elements(mesh, where), .width = name_width(mesh), .variables = none};
   NetcdfWriter writer(file, where);
-  define(writer, mesh, n_elements, width);
-  write_values(writer, mesh, width);
+  define(writer, mesh, head);
+  write_values(writer, mesh, head.width);
   writer.close();
 }
+
+struct ExodusResults::State {
+  NetcdfWriter file;
+  Index n_steps = 0;
+};
+
+ExodusResults::ExodusResults(const Mesh& mesh, const ExodusVariables& variables, const std::string& title,
+                             const std::filesystem::path& file, const std::string& where)
+    : state_(new State{{file, where}}) {
+  const Head head{title, count_elements(mesh, where), name_width(mesh, variables), variables};
+  define(state_->file, mesh, head);
+  write_values(state_->file, mesh, head.width);
+  write_values(state_->file, variables, head.width);
+}
+
+ExodusResults::~ExodusResults() = default;
+
+void ExodusResults::begin_step(double t) { state_->file.write_record("time_whole", state_->n_steps++, {t}); }
+
+void ExodusResults::write_nodal(std::size_t variable, const std::vector<double>& values) {
+  state_->file.write_record(nodal_variable(variable), state_->n_steps - 1, values);
+}
+
+void ExodusResults::write_element(std::size_t variable, std::size_t block, const std::vector<double>& values) {
+  state_->file.write_record(element_variable(variable, block), state_->n_steps - 1, values);
+}
+
+void ExodusResults::close() { state_->file.close(); }
 
 }  // namespace cbr

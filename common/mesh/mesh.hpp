@@ -4,6 +4,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,12 +13,20 @@
 
 namespace cbr {
 
+// What a file says of a block's material (.inp, .bdf), in its own units.
+struct FileMaterial {
+  std::string name;
+  double youngs_modulus = 0, poissons_ratio = 0, density = 0;
+  std::string problem = {};  // why it is of no use: "has no *DENSITY"; empty: it is
+};
+
 struct Block {
   std::string name;
   Index id = 0;
   ElementType type = ElementType::hex8;
   IndexTable connectivity;         // n_e x nodes per element, indices into Mesh::coordinates
   std::vector<Index> element_ids;  // n_e, unique in the mesh
+  std::optional<FileMaterial> material = {};
 };
 
 struct Side {
@@ -47,12 +56,15 @@ struct Mesh {
   std::vector<Nodeset> nodesets;
 };
 
-// Reads, as docs/meshes.md says, .msh (gmsh 2.2, 4.1), .exo .e .g .ncf .nc4 (Exodus II). InputError names the file and
-// what is wrong in it: missing, truncated, an element type that is not supported, a side of no element, a repeated id.
+// Reads, as docs/meshes.md says, .msh (gmsh 2.2, 4.1), .exo .e .g .ncf .nc4 (Exodus II), .inp (Abaqus, CalculiX), .bdf .nas
+// (Nastran), and through the program gmsh .unv and .vtk. InputError names the file and what is wrong in it: missing, truncated, an
+// element type that is not supported, a side of no element, a repeated id.
 Mesh read_mesh(const std::filesystem::path& file);
 
-// Whether the suffix is one that read_mesh and write_mesh know.
+// Whether the suffix is one that read_mesh knows; one that write_mesh knows; one of a format that has materials.
 bool is_mesh_name(const std::filesystem::path& file);
+bool is_written_mesh_name(const std::filesystem::path& file);
+bool may_hold_materials(const std::filesystem::path& file);
 
 // Writes by suffix: .msh (4.1, text) or .exo .e .g (Exodus II, netCDF 64-bit offset). The same mesh gives the same bytes. To a
 // temporary name, renamed when whole. A .msh file cannot hold sides of shells, and gives a block of shells that lies on solids

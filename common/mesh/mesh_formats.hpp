@@ -18,6 +18,9 @@ Mesh read_gmsh(const std::filesystem::path& file);
 // The writers write to `file` as it is and call it `where` in messages.
 void write_gmsh(const Mesh& mesh, const std::filesystem::path& file, const std::string& where);
 Mesh read_exodus(const std::filesystem::path& file);
+Mesh read_abaqus_mesh(const std::filesystem::path& file);
+Mesh read_nastran_mesh(const std::filesystem::path& file);
+Mesh read_with_gmsh(const std::filesystem::path& file);  // RunError: there is no program gmsh
 void write_exodus(const Mesh& mesh, const std::filesystem::path& file, const std::string& where);
 
 // The sides of volume elements by their corner nodes; only sides whose corners are all `wanted` (one flag per node), because all

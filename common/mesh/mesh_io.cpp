@@ -12,7 +12,7 @@
 namespace cbr {
 namespace {
 
-enum class Format { none, gmsh, exodus };
+enum class Format { none, gmsh, exodus, abaqus, nastran, other };  // other: what the program gmsh converts
 
 std::string suffix_of(const std::filesystem::path& file) {
   std::string suffix = file.extension().string();
@@ -25,6 +25,9 @@ Format format_of(const std::filesystem::path& file) {
   if (suffix == ".msh") return Format::gmsh;
   for (const char* known : {".exo", ".e", ".g", ".ncf", ".nc4", ".nc", ".exoii", ".ex2"})
     if (suffix == known) return Format::exodus;
+  if (suffix == ".inp") return Format::abaqus;
+  if (suffix == ".bdf" || suffix == ".nas") return Format::nastran;
+  if (suffix == ".unv" || suffix == ".vtk") return Format::other;
   return Format::none;
 }
 
@@ -36,9 +39,31 @@ Format known_format(const std::filesystem::path& file) {
   const Format format = format_of(file);
   if (const std::string cure = foreign_mesh_cure(file); !cure.empty()) throw InputError(file.string() + ": " + cure);
   if (format == Format::none)
-    throw InputError(file.string() + ": a mesh's name ends in .msh (gmsh) or .exo .e .g .ncf .nc4 (Exodus II), not in '" +
-                     file.extension().string() + "'");
+    throw InputError(file.string() + ": a mesh's name ends in .msh (gmsh), .exo .e .g .ncf .nc4 (Exodus II), .inp (Abaqus, CalculiX), " +
+                     ".bdf .nas (Nastran), .unv or .vtk, not in '" + file.extension().string() + "'");
   return format;
+}
+
+Format written_format(const std::filesystem::path& file) {
+  const Format format = known_format(file);
+  if (!is_written_mesh_name(file))
+    throw InputError(file.string() + ": meshes are written as .msh (gmsh) or .exo (Exodus II): give it another suffix");
+  return format;
+}
+
+Mesh read(const std::filesystem::path& file, Format format) {
+  switch (format) {
+    case Format::gmsh:
+      return read_gmsh(file);
+    case Format::abaqus:
+      return read_abaqus_mesh(file);
+    case Format::nastran:
+      return read_nastran_mesh(file);
+    case Format::other:
+      return read_with_gmsh(file);
+    default:
+      return read_exodus(file);
+  }
 }
 
 std::array<Index, 4> key_of(const std::vector<Index>& corners) {
@@ -64,10 +89,12 @@ std::vector<Index> corners_of(const Mesh& mesh, const Side& side) {
 }  // namespace
 
 std::string foreign_mesh_cure(const std::filesystem::path& file) {
-  static const std::vector<std::string> meshes = {".inp", ".unv", ".vtk", ".vtu",  ".bdf",  ".nas",
-                                                  ".cdb", ".med", ".fem", ".xdmf", ".mesh", ".dat"},
+  static const std::vector<std::string> meshes = {".vtu", ".cdb", ".med", ".fem", ".xdmf", ".mesh", ".dat"},
                                         geometries = {".geo", ".step", ".stp", ".iges", ".igs", ".brep", ".stl"};
   const std::string suffix = suffix_of(file), name = file.stem().string();
+  if (suffix == ".med")
+    return "is not of a format that is read: export it from Salome as .unv with its groups, or convert it (meshio convert " +
+           file.filename().string() + " " + name + ".exo)";
   if (is_among(suffix, meshes))
     return "is not of a format that is read: convert it to gmsh's .msh or to Exodus II with names for the faces; meshio knows most "
            "formats (meshio convert " +
@@ -80,6 +107,16 @@ std::string foreign_mesh_cure(const std::filesystem::path& file) {
 
 bool is_mesh_name(const std::filesystem::path& file) { return format_of(file) != Format::none; }
 
+bool is_written_mesh_name(const std::filesystem::path& file) {
+  const Format format = format_of(file);
+  return format == Format::gmsh || format == Format::exodus;
+}
+
+bool may_hold_materials(const std::filesystem::path& file) {
+  const Format format = format_of(file);
+  return format == Format::abaqus || format == Format::nastran;
+}
+
 Mesh read_mesh(const std::filesystem::path& file) {
   const Format format = known_format(file);
   std::error_code error;
@@ -90,13 +127,13 @@ Mesh read_mesh(const std::filesystem::path& file) {
   if (!std::filesystem::is_regular_file(status))
     throw InputError(file.string() + ": is not a regular file: give the path of a mesh");
   if (access(file.c_str(), R_OK) != 0) throw InputError(file.string() + ": is not readable: check its permissions");
-  Mesh mesh = format == Format::gmsh ? read_gmsh(file) : read_exodus(file);
+  Mesh mesh = read(file, format);
   check_mesh(mesh, file.string());
   return mesh;
 }
 
 void write_mesh(const Mesh& mesh, const std::filesystem::path& file) {
-  const Format format = known_format(file);
+  const Format format = written_format(file);
   check_mesh(mesh, file.string());
   TemporaryFile temporary(file);
   format == Format::gmsh ? write_gmsh(mesh, temporary.path(), file.string()) : write_exodus(mesh, temporary.path(), file.string());

@@ -85,6 +85,7 @@ bool NetcdfReader::has(const std::string& variable) const {
 }
 
 int NetcdfReader::variable_id(const std::string& variable) const {
+  if (variable.empty()) return NC_GLOBAL;
   int id = 0;
   if (nc_inq_varid(file_, variable.c_str(), &id) != NC_NOERR)
     throw InputError(where_ + ": " + variable + ": there is no such variable: the file is no Exodus II mesh or is damaged");
@@ -240,6 +241,11 @@ void NetcdfWriter::write(const std::string& variable, const std::vector<std::str
     all += value;
   }
   check(nc_put_var_text(file_, variable_id(variable), all.data()), variable);
+}
+
+void NetcdfWriter::write_record(const std::string& variable, Index record, const std::vector<double>& values) {
+  const std::size_t start[] = {static_cast<std::size_t>(record), 0}, count[] = {1, values.size()};
+  check(nc_put_vara_double(file_, variable_id(variable), start, count, values.data()), variable);
 }
 
 void NetcdfWriter::close() {

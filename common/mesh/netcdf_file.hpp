@@ -27,7 +27,8 @@ class NetcdfReader {
   std::vector<Index> integers(const std::string& variable) const;       // row-major
   std::vector<double> reals(const std::string& variable) const;         // row-major
   std::vector<std::string> strings(const std::string& variable) const;  // rows of characters, without trailing blanks and zeros
-  std::string text(const std::string& variable, const std::string& attribute) const;  // "" when there is none
+  // "" when there is none; variable "": of the file
+  std::string text(const std::string& variable, const std::string& attribute) const;
 
  private:
   int variable_id(const std::string& variable) const;
@@ -58,6 +59,8 @@ class NetcdfWriter {
   void write(const std::string& variable, const std::vector<Index>& values);  // InputError when one does not fit 32 bits
   void write(const std::string& variable, const std::vector<double>& values);
   void write(const std::string& variable, const std::vector<std::string>& values, Index width);  // padded with zeros
+  // At one place of the variable's first, unlimited dimension.
+  void write_record(const std::string& variable, Index record, const std::vector<double>& values);
   void close();
 
  private:

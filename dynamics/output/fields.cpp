@@ -12,6 +12,7 @@
 #include "common/error.hpp"
 #include "common/output_file.hpp"
 #include "common/program.hpp"
+#include "dynamics/output/exodus_fields.hpp"
 #include "dynamics/output/output_names.hpp"
 #include "dynamics/output/xdmf.hpp"
 #include "dynamics/setup/superelement_alone.hpp"
@@ -116,9 +117,16 @@ Matrix with_von_mises(const Matrix& stress) {
 
 FieldWriter::FieldWriter(const Scene& scene, const BuiltScene& built, const std::filesystem::path& results, Report& report,
                          const std::string& run_hash, const std::optional<Saved>& saved)
-    : built_(built), fields_(scene.output.fields), xdmf_(xdmf_file(results)), heavy_file_(fields_file(results)) {
+    : built_(built),
+      fields_(scene.output.fields),
+      format_(scene.output.format),
+      shown_(format_ == FieldFormat::exodus ? exodus_file(results) : xdmf_file(results)),
+      heavy_file_(fields_file(results)) {
   heavy_name_ = heavy_file_.filename();
   for (Index i = 0; i < static_cast<Index>(built.instances.size()); ++i) add_instance_grids(scene, i, report);
+  if (format_ == FieldFormat::exodus && grids_.empty())
+    throw InputError(scene.output.source.text() + ": output.format: exodus needs an element or a face to show, and the scene has " +
+                     "none: leave output.fields out, or reduce with faces on the interface");
   contact_of_.assign(built.instances.size(), nullptr);
   for (const ContactNodes& contact : built.simulation.contact_nodes) contact_of_[contact.body] = &contact;
   saved ? go_on(*saved, run_hash) : start(run_hash);
@@ -262,8 +270,9 @@ void FieldWriter::add_recovered_grids(const Scene& scene, FieldGrid grid) {
     names.blocks = recovery.blocks;
     const Component& component = scene.components.at(of.component);
     std::vector<BlockProperties> properties(names.blocks.size());  // only stress reads them
-    if (component.has_mesh) properties = block_properties(scene, component, names);
-    if (!component.has_mesh && wanted("stress")) properties = properties_in_file(component, s.provenance, names.blocks);
+    const bool in_scene = component.has_mesh && (!component.material.empty() || !may_hold_materials(component.mesh));
+    if (in_scene) properties = block_properties(scene, component, names);
+    if (!in_scene && wanted("stress")) properties = properties_in_file(component, s.provenance, names.blocks);
     add_block_grids(grid, recovery.blocks, properties);
   }
 }
@@ -385,14 +394,19 @@ void FieldWriter::add_stresses(const std::string& group, const FieldGrid& grid, 
 }
 
 void FieldWriter::commit() {
+  if (format_ == FieldFormat::xdmf) return commit_xdmf();
+  heavy_->use_and_remove([&](const std::filesystem::path& file) { write_exodus_fields(file, times_, grids_, fields_, shown_); });
+}
+
+void FieldWriter::commit_xdmf() {
   heavy_->write("/times", times_);
   heavy_->commit();
-  TemporaryFile temporary(xdmf_);
+  TemporaryFile temporary(shown_);
   errno = 0;
   std::ofstream file(temporary.path());
   write_xdmf(file, heavy_name_, times_, grids_, fields_);
   file.close();
-  if (!file) throw RunError(xdmf_.string() + ": cannot be written" + (errno != 0 ? ": " + std::string(std::strerror(errno)) : ""));
+  if (!file) throw RunError(shown_.string() + ": cannot be written" + (errno != 0 ? ": " + std::string(std::strerror(errno)) : ""));
   temporary.commit();
 }
 

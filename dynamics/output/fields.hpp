@@ -39,7 +39,8 @@ std::vector<std::string> datasets_of(const std::string& field);
 // xx yy zz xy yz xz, and von Mises' stress: the columns of datasets_of("stress"). e x 7 from e x 6.
 Matrix with_von_mises(const Matrix& stress);
 
-// Writes RESULTS.xdmf and RESULTS.fields.h5 beside the results file. Nothing is left behind without commit().
+// Writes RESULTS.xdmf and RESULTS.fields.h5 beside the results file, or RESULTS.exo of the same contents. Nothing is left behind
+// without commit().
 class FieldWriter {
  public:
   // Fields that a checkpoint has kept: save()'s file, of which so many times count.
@@ -58,7 +59,7 @@ class FieldWriter {
   const std::string& hash() const { return hash_.text(); }  // of all that is written so far
   void save(const std::filesystem::path& file);             // a whole file of what there is so far
   void commit();                                            // RunError when the disk refuses
-  const std::filesystem::path& file() const { return xdmf_; }
+  const std::filesystem::path& file() const { return shown_; }  // the one that viewers open
 
  private:
   struct Motion {
@@ -77,12 +78,14 @@ class FieldWriter {
   Matrix stresses(const FieldGrid& grid, const Points& u) const;
   void add_stresses(const std::string& group, const FieldGrid& grid, const Points& u, double t);
   void write_grids();
+  void commit_xdmf();
   bool wanted(const std::string& field) const;
   bool shares_points(std::size_t grid) const;  // with the one before
 
   const BuiltScene& built_;
   std::vector<std::string> fields_;
-  std::filesystem::path xdmf_, heavy_file_, heavy_name_;
+  const FieldFormat format_;
+  std::filesystem::path shown_, heavy_file_, heavy_name_;
   std::unique_ptr<Hdf5Writer> heavy_;
   std::vector<FieldGrid> grids_;
   std::vector<const ContactNodes*> contact_of_;  // per instance, or null

@@ -7,9 +7,11 @@
 
 #include "common/error.hpp"
 #include "common/hdf5_file.hpp"
+#include "common/mesh/netcdf_file.hpp"
 #include "common/output_file.hpp"
 #include "common/replaced_file.hpp"
 #include "dynamics/output/checkpoint.hpp"
+#include "dynamics/output/exodus_fields.hpp"
 
 namespace cbr {
 namespace {
@@ -19,13 +21,16 @@ namespace fs = std::filesystem;
 struct Target {
   fs::path file;
   std::string what, option;  // "the results", "--output"
+  bool is_exodus = false;
   std::string cure() const { return "give " + option + " another name"; }
 };
 
 std::vector<Target> targets_of(const Scene& scene, const RunFiles& files) {
   const bool fields = !scene.output.fields.empty();
   std::vector<Target> targets{{files.results, "the results", "--output"}};
-  if (fields) {
+  if (fields && scene.output.format == FieldFormat::exodus)
+    targets.push_back({exodus_file(files.results), "the fields", "--output", true});
+  if (fields && scene.output.format == FieldFormat::xdmf) {
     targets.push_back({fields_file(files.results), "the fields", "--output"});
     targets.push_back({xdmf_file(files.results), "the fields", "--output"});
   }
@@ -76,8 +81,28 @@ void refuse_other_text(const Target& target) {
                    " would overwrite it: " + target.cure());
 }
 
+// A mesh, and the results of another program: Exodus files are told by their title.
+void refuse_other_exodus(const Target& target) {
+  std::error_code error;
+  if (!fs::is_regular_file(target.file, error) || fs::file_size(target.file, error) == 0) return;
+  try {
+    if (NetcdfReader(target.file).text("", "title").starts_with(exodus_title)) return;
+  } catch (const InputError&) {  // another kind of file
+  }
+  throw InputError(target.file.string() + ": exists and holds no fields of cbr-dyn; " + target.what +
+                   " would overwrite it: " + target.cure());
+}
+
+void refuse_other_fields(const Target& target) {
+  const std::string suffix = target.file.extension().string();
+  if (suffix == ".xdmf") return refuse_other_text(target);
+  if (target.is_exodus) return refuse_other_exodus(target);
+  if (!holds_fields(target.file)) refuse_other_file(target.file, {"cbr-fields"}, target.what, target.cure());
+}
+
 }  // namespace
 
+fs::path exodus_file(const fs::path& results) { return fs::path(results).replace_extension(".exo"); }
 fs::path xdmf_file(const fs::path& results) { return fs::path(results).replace_extension(".xdmf"); }
 fs::path fields_file(const fs::path& results) { return fs::path(results).replace_extension(".fields.h5"); }
 
@@ -91,11 +116,8 @@ void check_outputs(const Scene& scene, const RunFiles& files) {
     refuse_inputs(targets[i], scene, files);
   }
   for (const Target& target : targets) {
-    const bool fields = target.what == "the fields" || target.what == "the checkpoint's fields";
     if (target.what == "the results") refuse_other_file(target.file, {"cbr-results"}, target.what, target.cure());
-    if (fields && target.file.extension() == ".xdmf") refuse_other_text(target);
-    if (fields && target.file.extension() != ".xdmf" && !holds_fields(target.file))
-      refuse_other_file(target.file, {"cbr-fields"}, target.what, target.cure());
+    if (target.what == "the fields" || target.what == "the checkpoint's fields") refuse_other_fields(target);
     const TemporaryFile probe(target.file);
   }
 }

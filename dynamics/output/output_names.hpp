@@ -18,7 +18,8 @@ struct RunFiles {
 // RunError when one cannot be written.
 void check_outputs(const Scene& scene, const RunFiles& files);
 
-// Beside the results file: impact.xdmf and impact.fields.h5.
+// Beside the results file: impact.xdmf and impact.fields.h5, or impact.exo.
+std::filesystem::path exodus_file(const std::filesystem::path& results);
 std::filesystem::path xdmf_file(const std::filesystem::path& results);
 std::filesystem::path fields_file(const std::filesystem::path& results);
 

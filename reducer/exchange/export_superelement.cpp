@@ -19,12 +19,49 @@
 namespace cbr {
 namespace {
 
+using WriteText = void (*)(const ReducedMatrices& reduced, std::ostream& out);
+
+void write_through(const std::filesystem::path& file, const std::function<void(std::ostream&)>& write) {
+  std::ofstream out(file);
+  write(out);
+  out.close();
+  if (!out) throw RunError("cannot be written");
+}
+
+ExportFile stream_file(const std::string& suffix, WriteText write) {
+  return {suffix, [write](const ReducedMatrices& reduced, const std::filesystem::path& file, const std::string&) {
+            write_through(file, [&](std::ostream& out) { write(reduced, out); });
+          }};
+}
+
+ExportFile calculix_input_file() {
+  return {".ccx.inp", [](const ReducedMatrices& reduced, const std::filesystem::path& file, const std::string& name) {
+            write_through(file, [&](std::ostream& out) { write_calculix_input(reduced, name, out); });
+          }};
+}
+
+ExportFile sierra_file() {
+  return {".nc", [](const ReducedMatrices& reduced, const std::filesystem::path& file, const std::string& name) {
+            write_sierra(reduced, file, name + ".nc");
+          }};
+}
+
 // A new format is one entry here and a file of its own.
 const std::vector<ExportFormat>& formats() {
   static const std::vector<ExportFormat> all = {
-      {"matrix-market", "SciPy, MATLAB, Julia", {{".K.mtx", write_matrix_market_K}, {".M.mtx", write_matrix_market_M}}},
-      {"dmig", "Nastran, MYSTRAN, OpenRadioss", {{".dmig", write_dmig}}},
-      {"abaqus", "Abaqus *MATRIX INPUT", {{".K.abaqus.mtx", write_abaqus_K}, {".M.abaqus.mtx", write_abaqus_M}}},
+      {"matrix-market",
+       "SciPy, MATLAB, Julia",
+       {stream_file(".K.mtx", write_matrix_market_K), stream_file(".M.mtx", write_matrix_market_M)}},
+      {"dmig", "Nastran, MYSTRAN, OpenRadioss", {stream_file(".dmig", write_dmig)}},
+      {"op4", "Nastran (OUTPUT4, text)", {stream_file(".op4", write_op4)}},
+      {"op4-binary", "Nastran (OUTPUT4, binary)", {stream_file(".op4", write_op4_binary)}},
+      {"abaqus",
+       "Abaqus *MATRIX INPUT",
+       {stream_file(".K.abaqus.mtx", write_abaqus_K), stream_file(".M.abaqus.mtx", write_abaqus_M)}},
+      {"mtx",
+       "CalculiX *MATRIX ASSEMBLE",
+       {stream_file(calculix_K, write_abaqus_K), stream_file(calculix_M, write_abaqus_M), calculix_input_file()}},
+      {"sierra", "Sierra/SD", {sierra_file()}},
   };
   return all;
 }
@@ -51,7 +88,7 @@ void write_table(const ReducedMatrices& reduced, std::ostream& out) {
 
 struct Output {
   std::filesystem::path path;
-  std::function<void(std::ostream&)> write;
+  std::function<void(const std::filesystem::path& file)> write;
 };
 
 // Filled beside their targets, and put in place when the last is whole.
@@ -59,10 +96,11 @@ void write_all(const std::vector<Output>& outputs) {
   std::vector<std::unique_ptr<TemporaryFile>> files;
   for (const Output& output : outputs) {
     files.push_back(std::make_unique<TemporaryFile>(output.path));
-    std::ofstream out(files.back()->path());
-    output.write(out);
-    out.close();
-    if (!out) throw RunError(output.path.string() + ": cannot be written");
+    try {
+      output.write(files.back()->path());
+    } catch (const RunError& error) {
+      throw RunError(output.path.string() + ": " + error.what());
+    }
   }
   for (const auto& file : files) file->commit();
 }
@@ -88,8 +126,11 @@ void export_superelement(const std::string& name, const std::filesystem::path& f
   }();
   std::vector<Output> outputs;
   for (const ExportFile& part : format.files)
-    outputs.push_back({target.string() + part.suffix, [&reduced, write = part.write](std::ostream& out) { write(reduced, out); }});
-  outputs.push_back({target.string() + ".dofs.csv", [&](std::ostream& out) { write_table(reduced, out); }});
+    outputs.push_back({target.string() + part.suffix,
+                       [&](const std::filesystem::path& out) { part.write(reduced, out, target.filename().string()); }});
+  outputs.push_back({target.string() + ".dofs.csv", [&](const std::filesystem::path& out) {
+                       write_through(out, [&](std::ostream& text) { write_table(reduced, text); });
+                     }});
   for (const Output& output : outputs) {
     if (is_same_file(output.path, file)) throw InputError(file.string() + ": --export would replace it: name another file with -o");
   }

@@ -18,6 +18,7 @@ std::vector<ReducedRow> read_rows(const std::filesystem::path& file);
 ReducedMatrices read_matrix_market(const std::filesystem::path& stem);
 ReducedMatrices read_dmig(const std::filesystem::path& stem);
 ReducedMatrices read_abaqus(const std::filesystem::path& stem);
+ReducedMatrices read_op4(const std::filesystem::path& stem);  // text or binary, by its first bytes
 
 // A superelement of Sierra/SD, netCDF: modes first. InputError: those of read_sierra_superelement(); a rotational dof; an interface
 // node without coordinates.

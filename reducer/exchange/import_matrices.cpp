@@ -20,6 +20,7 @@ const std::vector<ImportFormat>& formats() {
       {"sierra", "Sierra/SD", {}, read_sierra},
       {"matrix-market", "Matrix Market", {".K.mtx", ".M.mtx", ".dofs.csv"}, read_matrix_market},
       {"dmig", "Nastran DMIG", {".dmig", ".dofs.csv"}, read_dmig},
+      {"op4", "Nastran OUTPUT4", {".op4", ".dofs.csv"}, read_op4},
       {"abaqus", "Abaqus *MATRIX INPUT", {".K.abaqus.mtx", ".M.abaqus.mtx", ".dofs.csv"}, read_abaqus},
   };
   return all;

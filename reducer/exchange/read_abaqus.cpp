@@ -2,6 +2,7 @@
 // Lines "row node, dof, column node, dof, entry" of *MATRIX INPUT; comments begin with two asterisks.
 #include "reducer/exchange/import_formats.hpp"
 #include "reducer/exchange/row_places.hpp"
+#include "reducer/exchange/symmetric_entries.hpp"
 
 namespace cbr {
 namespace {

@@ -4,6 +4,7 @@
 
 #include "reducer/exchange/import_formats.hpp"
 #include "reducer/exchange/row_places.hpp"
+#include "reducer/exchange/symmetric_entries.hpp"
 
 namespace cbr {
 namespace {

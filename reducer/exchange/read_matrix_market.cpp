@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Boisvert, Pozo, Remington 1996, NISTIR 5935: a header, comments, the size line, then an entry a line.
 #include "reducer/exchange/import_formats.hpp"
-#include "reducer/exchange/text_lines.hpp"
+#include "reducer/exchange/symmetric_entries.hpp"
 
 namespace cbr {
 namespace {

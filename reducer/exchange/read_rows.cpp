@@ -2,8 +2,8 @@
 #include <set>
 #include <utility>
 
+#include "common/text_lines.hpp"
 #include "reducer/exchange/import_formats.hpp"
-#include "reducer/exchange/text_lines.hpp"
 
 namespace cbr {
 

@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "common/text_lines.hpp"
 #include "reducer/exchange/reduced_matrices.hpp"
-#include "reducer/exchange/text_lines.hpp"
 
 namespace cbr {
 

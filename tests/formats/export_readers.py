@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Exports of a superelement, read by other readers than ours: scipy (Matrix Market), and parsers written here from the formats'
-descriptions (DMIG, Abaqus). usage: export_readers.py CBR_REDUCE. Exit 77 without h5py, numpy or scipy."""
+"""Exports of a superelement, read by other readers than ours: scipy (Matrix Market; skipped without it), and parsers written here from
+the formats' descriptions (DMIG, OUTPUT4, Abaqus, CalculiX, Sierra/SD). The layout of Sierra/SD's files is compared with a file that it
+wrote, where CBR_SHARED_DATA has one. usage: export_readers.py CBR_REDUCE. Exit 77 without h5py or numpy."""
 import csv
+import os
 import re
 import subprocess
 import sys
@@ -12,12 +14,18 @@ from pathlib import Path
 try:
     import h5py
     import numpy as np
-    import scipy.io
 except ImportError as missing:
     print(f"skipped: {missing}")
     sys.exit(77)
 
+try:
+    import scipy.io
+except ImportError:
+    scipy = None
+    print("Matrix Market is not read by scipy: it is not installed")
+
 sys.dont_write_bytecode = True
+from netcdf3 import Netcdf  # noqa: E402
 from results_h5py import write_mesh  # noqa: E402
 
 MATERIAL = ["--youngs-modulus", "2.1e11", "--poissons-ratio", "0.3", "--density", "7850"]
@@ -103,7 +111,7 @@ def check_formats(folder):
     run(folder, "--export", "matrix-market", "box.cbr.h5")
     rows = rows_of(folder / "box.dofs.csv")
     check_table(rows, dofs, eigenvalues)
-    for name, A in (("K", K), ("M", M)):
+    for name, A in (("K", K), ("M", M)) if scipy else ():
         np.testing.assert_array_equal(scipy.io.mmread(folder / f"box.{name}.mtx").toarray(), A)
 
     run(folder, "--export", "dmig", "box.cbr.h5", "-o", "out")
@@ -118,10 +126,94 @@ def check_formats(folder):
     for name, A in (("K", K), ("M", M)):
         np.testing.assert_array_equal(symmetric(read_abaqus(folder / f"out.{name}.abaqus.mtx"), place, n), A)
 
+    run(folder, "--export", "mtx", "box.cbr.h5", "-o", "out")
+    for name, A in (("K", K), ("M", M)):
+        np.testing.assert_array_equal(symmetric(read_abaqus(folder / f"out.{name}.ccx.mtx"), place, n), A)
+    check_calculix_input(folder / "out.ccx.inp", rows)
+    for form, read in (("op4", read_op4), ("op4-binary", read_op4_binary)):
+        run(folder, "--export", form, "box.cbr.h5", "-o", "out")
+        found = read(folder / "out.op4")
+        assert sorted(found) == ["KAAX", "MAAX"]
+        for name, A in (("KAAX", K), ("MAAX", M)):
+            np.testing.assert_array_equal(found[name], A, err_msg=form)
+    run(folder, "--export", "sierra", "box.cbr.h5", "-o", "out")
+    check_sierra(Netcdf(folder / "out.nc"), K, M, dofs, len(eigenvalues))
+
+
+def check_calculix_input(path, rows):
+    """Nodes with their places, and the card that names both files."""
+    lines = [line for line in path.read_text().splitlines() if not line.startswith("**")]
+    assert lines[0].startswith("*NODE") and lines[-1] == "*MATRIX ASSEMBLE, NAME=CBR, STIFFNESS FILE=out.K.ccx.mtx, MASS FILE=out.M.ccx.mtx"
+    nodes = {int(n): [float(x) for x in xyz] for n, *xyz in (line.split(",") for line in lines[1:-1])}
+    assert set(nodes) == {int(r["node"]) for r in rows}
+    for r in rows:
+        assert r["dof"] == "0" or nodes[int(r["node"])] == [float(r[axis]) for axis in "xyz"], r
+
+
+def read_op4(path):
+    """{name: matrix} of a text file: header 4I8, A8, format; a column: number, first row, count; a last one above all."""
+    lines, found = iter(path.read_text().splitlines()), {}
+    for header in lines:
+        columns, rows, form, kind = (int(header[8 * i:8 * i + 8]) for i in range(4))
+        assert (form, kind) == (6, 2) and header[40:] == "1P,3E24.16", header
+        A = np.zeros((rows, columns))
+        while True:
+            column, first, count = (int(x) for x in next(lines).split())
+            values = "".join(next(lines).ljust(72) for _ in range((count + 2) // 3))
+            if column > columns:
+                break
+            A[first - 1:first - 1 + count, column - 1] = [float(values[24 * i:24 * i + 24]) for i in range(count)]
+        found[header[32:40].strip()] = A
+    return found
+
+
+def read_op4_binary(path):
+    """The same of Fortran's records: length, contents, length."""
+    data, at, found, A = path.read_bytes(), 0, {}, None
+    while at < len(data):
+        (length,) = np.frombuffer(data, "<i4", 1, at)
+        record, at = data[at + 4:at + 4 + length], at + 8 + length
+        assert np.frombuffer(data, "<i4", 1, at - 4)[0] == length
+        if A is None:
+            columns, rows, form, kind = np.frombuffer(record, "<i4", 4)
+            assert length == 24 and (form, kind) == (6, 2)
+            A, name = np.zeros((rows, columns)), record[16:].decode().strip()
+            continue
+        column, first, words = np.frombuffer(record, "<i4", 3)
+        assert length == 12 + 4 * words
+        if column > columns:
+            found[name], A = A, None
+        else:
+            A[first - 1:first - 1 + words // 2, column - 1] = np.frombuffer(record, "<f8", words // 2, 12)
+    return found
+
+
+def check_sierra(file, K, M, dofs, k):
+    n, c = len(K), len(dofs)
+    order = [*range(c, n), *range(c)]  # modes first
+    for name, A in (("Kr", K), ("Mr", M), ("Cr", np.zeros((n, n)))):
+        np.testing.assert_array_equal(file[name], A[np.ix_(order, order)], err_msg=name)
+    np.testing.assert_array_equal(file["cbmap"], [(0, 0)] * k + [(node, dof) for node, dof, *_ in dofs])
+    ids = list(file["node_num_map"])
+    x = np.stack([file["coord" + axis] for axis in "xyz"], axis=1)
+    for node, _, *position in dofs:
+        np.testing.assert_array_equal(x[ids.index(node)], position)
+    assert (file.dimensions["NumEig"], file.dimensions["NumConstraints"], file.dimensions["NumInterfaceNodes"]) == (k, c, len(ids))
+    theirs = Path(os.environ.get("CBR_SHARED_DATA", "nowhere")) / "sierra" / "block_1-cbr.nc4"
+    if not theirs.exists():
+        print(f"the layout is not compared with Sierra/SD's: no {theirs}: set CBR_SHARED_DATA")
+        return
+    theirs = Netcdf(theirs)
+    assert set(file.dimensions) == set(theirs.dimensions) and sorted(file.names()) == sorted(theirs.names())
+    for name in theirs.names():
+        assert file.dimensions_of(name) == theirs.dimensions_of(name) and file[name].dtype == theirs[name].dtype, name
+    assert set(file.attributes) == set(theirs.attributes)
+    assert file.attributes_of("connect1")["elem_type"] == theirs.attributes_of("connect1")["elem_type"].rstrip("\0")
+
 
 def check_refusals(folder):
     error = run(folder, "--export", "nastrn", "box.cbr.h5", expect=2)
-    assert "'nastrn' found" in error and "matrix-market, dmig, abaqus" in error, error
+    assert "'nastrn' found" in error and "matrix-market, dmig, op4, op4-binary, abaqus, mtx, sierra" in error, error
     error = run(folder, "--export", "dmig", "box.msh", expect=2)
     assert "box.msh" in error and error.count("\n") == 1, error
     run(folder, "box.msh", "--interface", "contact", "--modes", "7", "--basis", "massless", *MATERIAL, "-o", "bare.cbr.h5")

@@ -18,7 +18,8 @@ sys.dont_write_bytecode = True
 from results_h5py import write_mesh  # noqa: E402
 
 MATERIAL = ["--youngs-modulus", "2.1e11", "--poissons-ratio", "0.3", "--density", "7850"]
-FILES = {"matrix-market": ["out.K.mtx", "out.M.mtx"], "dmig": ["out.dmig"], "abaqus": ["out.K.abaqus.mtx", "out.M.abaqus.mtx"]}
+FILES = {"matrix-market": ["out.K.mtx", "out.M.mtx"], "dmig": ["out.dmig"], "op4": ["out.op4"],
+         "abaqus": ["out.K.abaqus.mtx", "out.M.abaqus.mtx"]}
 SCENE = """
 components: {block: {superelement: NAME.cbr.h5}}
 instances:
@@ -67,6 +68,13 @@ def check_formats(folder):
             np.testing.assert_allclose(back["rigid_body/inertia"], original["rigid_body/inertia"], rtol=0,
                                        atol=1e-7 * np.abs(original["rigid_body/inertia"]).max())
         assert list(folder.glob("*.dofs.csv")) and not list(folder.glob(".cbr-*"))
+    for exported, name, file in (("op4-binary", "op4", "out"), ("sierra", "sierra", "out.nc")):
+        reduce(folder, "--export", exported, "box.cbr.h5", "-o", "out")
+        reduce(folder, "--import", name, file, "--faces", "box.msh", "-o", "back.cbr.h5")
+        back = contents(folder / "back.cbr.h5")
+        for key, values in original.items():
+            if key.split("/")[0] in ("matrices", "dofs", "nodes", "interface", "nodesets"):
+                np.testing.assert_array_equal(back[key], values, err_msg=f"{exported} {key}")
     with h5py.File(folder / "dmig.cbr.h5") as file:
         assert file["provenance"].attrs["import"] == "dmig" and file["interface/contact/faces"].attrs["kind"] == "quad4"
     # The same bytes again; without a mesh no faces, and a warning
@@ -122,6 +130,13 @@ def check_damage(folder):
             error = reduce(folder, "--import", name, "out", "-o", "damaged.cbr.h5", expect=2)
             assert f"{file}: no such file" in error and error.count("\n") == 1, error
             (folder / file).write_text(whole)
+    reduce(folder, "--export", "op4-binary", "box.cbr.h5", "-o", "out")
+    whole = (folder / "out.op4").read_bytes()
+    for changed in (whole[:40], whole[:-3], whole[:len(whole) // 2], whole + whole[:100], whole[:30] + b"\xff" * 8 + whole[38:],
+                    whole[:4] + b"\7" + whole[5:]):
+        (folder / "out.op4").write_bytes(changed)
+        error = reduce(folder, "--import", "op4", "out", "-o", "damaged.cbr.h5", expect=2)
+        assert error.count("\n") == 1 and "out.op4" in error, error
     assert sorted(p.name for p in folder.iterdir()) == before
 
 
@@ -130,7 +145,7 @@ def check_refusals(folder):
         error = reduce(folder, *arguments, expect=2)
         assert error.count("\n") == 1 and all(word in error for word in words), error
 
-    refused(["'nastran' found", "sierra, matrix-market, dmig, abaqus"], "--import", "nastran", "out")
+    refused(["'nastran' found", "sierra, matrix-market, dmig, op4, abaqus"], "--import", "nastran", "out")
     refused(["--modes", "--import"], "--import", "dmig", "out", "--modes", "7")
     refused(["--faces", "--import"], "box.msh", "--faces", "box.msh")
     refused(["out.dmig", "would replace"], "--import", "dmig", "out", "-o", "out.dmig")

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A superelement that Sierra/SD wrote runs with contact: cbr-reduce --import sierra takes the faces from the companion Exodus mesh.
+"""A superelement that Sierra/SD wrote runs with contact: cbr-reduce --import sierra takes the faces from the companion Exodus mesh. The
+impact of two such blocks is that of our own reduction of the same mesh, motion by motion.
 usage: sierra_import.py CBR_REDUCE CBR_DYN. Exit 77 without CBR_SHARED_DATA (CONTRIBUTING.md), h5py or numpy."""
 import os
 import subprocess
@@ -14,6 +15,9 @@ try:
 except ImportError as missing:
     print(f"skipped: {missing}")
     sys.exit(77)
+
+sys.dont_write_bytecode = True
+from netcdf3 import Netcdf  # noqa: E402
 
 DATA = Path(os.environ.get("CBR_SHARED_DATA", "nowhere")) / "sierra"
 SPEED = 2.0
@@ -33,6 +37,45 @@ def run(folder, program, *arguments, expect=0):
     done = subprocess.run([program, "-q", *arguments], cwd=folder, capture_output=True, text=True)
     assert done.returncode == expect, (arguments, done.returncode, done.stderr)
     return done
+
+
+def write_own_mesh(path):
+    """Sierra's mesh with the contact face as a surface: sides of hexes on the plane x = 0.0625 (gmsh 2.2)."""
+    file = Netcdf(DATA / "block_1-eig.exo")
+    ids, elements = file["node_num_map"], file["elem_num_map"]
+    x = np.stack([file["coord" + axis] for axis in "xyz"], axis=1)
+    hexes = file["connect1"] - 1
+    sides = [(0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (0, 4, 7, 3), (0, 3, 2, 1), (4, 5, 6, 7)]
+    faces = [row[list(side)] for row in hexes for side in sides if (np.abs(x[row[list(side)], 0] - 0.0625) < 1e-9).all()]
+    assert hexes.shape == (320, 8) and len(faces) == 16
+    lines = [f"{e} 5 2 1 1 {' '.join(map(str, ids[row]))}" for e, row in zip(elements, hexes)]
+    lines += [f"{max(elements) + i} 3 2 2 2 {' '.join(map(str, ids[face]))}" for i, face in enumerate(faces, 1)]
+    nodes = [f"{i} {a!r} {b!r} {c!r}" for i, (a, b, c) in zip(ids.tolist(), x.tolist())]
+    path.write_text("\n".join(["$MeshFormat", "2.2 0 8", "$EndMeshFormat", "$PhysicalNames", "2", '3 1 "solid"', '2 2 "contact"',
+                               "$EndPhysicalNames", "$Nodes", str(len(nodes)), *nodes, "$EndNodes", "$Elements", str(len(lines)), *lines,
+                               "$EndElements", ""]))
+
+
+def check_own_reduction(folder, reducer, runner, surface):
+    """The same impact with our reduction of the mesh: aluminium, incompatible modes, consistent mass, 30 modes, as Sierra/SD has it."""
+    write_own_mesh(folder / "own.msh")
+    run(folder, reducer, "own.msh", "--interface", "contact", "--modes", "30", "--youngs-modulus", "70.33e9", "--poissons-ratio", "0.33",
+        "--density", "2704.32669", "--mass", "consistent", "-o", "own.cbr.h5")
+    (folder / "own.yaml").write_text(SCENE.replace("COMPONENT", "{superelement: own.cbr.h5}").replace("SURFACE", "contact"))
+    run(folder, runner, "own.yaml", "-o", "own.h5")
+    worst = {}
+    with h5py.File(folder / "results.h5") as theirs, h5py.File(folder / "own.h5") as ours:
+        for what in ("mean_position", "mean_velocity", "force"):
+            for side in ("left", "right"):
+                a, b = theirs[f"surfaces/{side}.{surface}/{what}"][()], ours[f"surfaces/{side}.contact/{what}"][()]
+                worst[what] = max(worst.get(what, 0), np.abs(a - b).max() / np.abs(b).max())
+        for name in ("energy/total", "instances/left/momentum", "instances/right/momentum"):
+            a, b = theirs[name][()], ours[name][()]
+            worst[name] = np.abs(a - b).max() / np.abs(b).max()
+        np.testing.assert_array_equal(theirs["contact/active"][()] > 0, ours["contact/active"][()] > 0)
+    print("Sierra/SD's superelement and ours, differences as shares of the largest value: " +
+          ", ".join(f"{name} {value:.1e}" for name, value in worst.items()))
+    assert max(worst.values()) < 1.5e-11, worst
 
 
 def main():
@@ -68,6 +111,7 @@ def main():
         assert abs(energy[0] / (0.5 * mass * SPEED**2) - 1) < 1e-9 and energy.max() < energy[0] * (1 + 1e-9)
         assert right[-1] > 0.8 * mass * SPEED, right[-1]  # equal blocks exchange their velocities
 
+        check_own_reduction(folder, reducer, runner, surface)
         # Rotations are refused by name, and a mesh that is another's
         error = run(folder, reducer, "--import", "sierra", DATA / "cbr2.ncf", "-o", "old.cbr.h5", expect=2).stderr
         assert "rotational dof" in error and error.count("\n") == 1, error

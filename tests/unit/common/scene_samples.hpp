@@ -62,6 +62,7 @@ output:
   every: 1.0e-7
   history: [left.contact, right.contact]
   fields: [displacement, stress, contact_pressure]
+  format: exodus
   checkpoint: {every: 2.5e-7, file: keep/impact.h5}
 )";
 

@@ -99,6 +99,7 @@ TEST(Scene, everyKeyOfARunArrives) {
   EXPECT_EQ(scene.output.every, 1e-7);
   EXPECT_EQ(scene.output.history.at(1).text(), "right.contact");
   EXPECT_EQ(scene.output.fields, (std::vector<std::string>{"displacement", "stress", "contact_pressure"}));
+  EXPECT_EQ(scene.output.format, FieldFormat::exodus);
   EXPECT_EQ(scene.output.checkpoint->every, 2.5e-7);
   EXPECT_FALSE(scene.output.checkpoint->every_steps || scene.output.checkpoint->every_minutes);
   EXPECT_EQ(scene.output.checkpoint->file, std::filesystem::absolute(folder / "keep/impact.h5"));

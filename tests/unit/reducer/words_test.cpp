@@ -101,8 +101,8 @@ TEST_F(Words, AStaleFileTellsWhichOptionDiffers) {
 }
 
 TEST_F(Words, FilesOfOtherProgramsAreToldWhatToDoWith) {
-  std::ofstream(path("x.inp")) << "*NODE\n";
-  for (const std::string& input : {path("x.inp"), scene("x.inp", "4")})
+  std::ofstream(path("x.cdb")) << "*NODE\n";
+  for (const std::string& input : {path("x.cdb"), scene("x.cdb", "4")})
     EXPECT_NE(refusal(input).find("convert it to gmsh's .msh or to Exodus II"), std::string::npos) << refusal(input);
   EXPECT_NE(refusal(path("x.step")).find("mesh it first (gmsh -3 x.step"), std::string::npos);
   Mesh shells = read_mesh(path("fin.exo"));

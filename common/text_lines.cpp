@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "reducer/exchange/text_lines.hpp"
+#include "common/text_lines.hpp"
 
 #include <charconv>
 #include <cmath>
@@ -16,7 +16,7 @@ std::string shown(std::string_view field) {
 
 }  // namespace
 
-TextLines::TextLines(const std::filesystem::path& file) : file_(file) {
+TextLines::TextLines(const std::filesystem::path& file, bool may_end_anywhere) : file_(file), may_end_anywhere_(may_end_anywhere) {
   std::error_code error;
   if (!std::filesystem::exists(file, error)) throw InputError(file.string() + ": no such file");
   if (!std::filesystem::is_regular_file(file, error)) throw InputError(file.string() + ": is not a regular file");
@@ -30,13 +30,13 @@ bool TextLines::next() {
     return false;
   }
   ++count_;
-  if (in_.eof()) fail("the last line has no end: the file seems to be cut off, export it again");
+  if (in_.eof() && !may_end_anywhere_) fail("the last line has no end: the file seems to be cut off, export it again");
   if (!line_.empty() && line_.back() == '\r') line_.pop_back();
   return true;
 }
 
-void TextLines::fail(const std::string& what) const {
-  throw InputError(file_.string() + (count_ > 0 ? ":" + std::to_string(count_) : "") + ": " + what);
+void TextLines::fail(const std::string& what, Index line) const {
+  throw InputError(file_.string() + (line > 0 ? ":" + std::to_string(line) : "") + ": " + what);
 }
 
 double TextLines::number(std::string_view field) const {
@@ -75,13 +75,6 @@ std::vector<std::string_view> fields_of(std::string_view line, char separator) {
     line.remove_prefix(end + 1);
     if (separator == ' ') line = trimmed(line);
   }
-}
-
-void SymmetricEntries::set(const TextLines& lines, Index i, Index j, double value) {
-  char& is_set = is_set_[static_cast<std::size_t>(std::max(i, j) * A_.rows() + std::min(i, j))];
-  if (is_set) lines.fail("the entry is in the file twice, the other triangle counts too: expected each once");
-  is_set = 1;
-  A_(i, j) = A_(j, i) = value;
 }
 
 }  // namespace cbr

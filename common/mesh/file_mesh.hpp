@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What readers of text files collect, node by node and element by element, and the mesh that it makes. For the .cpp of this folder.
+#pragma once
+
+#include <map>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "common/mesh/mesh.hpp"
+
+namespace cbr {
+
+struct FileElement {
+  Index id = 0;
+  ElementType type = ElementType::hex8;
+  std::size_t first = 0;  // of its nodes in FileMesh::element_nodes
+  std::string block;      // what it is in: a section's set, a property
+};
+
+struct FileMesh {
+  std::string where;  // the file
+  std::vector<Index> node_ids;
+  std::vector<double> coordinates;  // 3 a node
+  std::vector<FileElement> elements;
+  std::vector<Index> element_nodes;               // ids, the order of Exodus II
+  std::map<std::string, FileMaterial> materials;  // by the block's name
+};
+
+// Faces that a file has as elements of their own, by their places in FileMesh::elements.
+struct FaceSet {
+  std::string name;
+  std::vector<std::size_t> elements;
+};
+
+// Blocks by FileElement::block, one for each type (NAME_hex8, NAME_wedge6 where there are several). A set of faces is a sideset if
+// all of them are sides of solids; faces of no sideset are blocks of shells. InputError: an element of a node that is not there.
+Mesh mesh_of(const FileMesh& file, const std::vector<FaceSet>& faces);
+
+// Nodes and elements of a mesh by their ids.
+class MeshIds {
+ public:
+  explicit MeshIds(const Mesh& mesh);
+  Index node(Index id) const;    // -1: there is none
+  Side element(Index id) const;  // element -1: there is none
+
+ private:
+  std::unordered_map<Index, Index> nodes_;
+  std::unordered_map<Index, Side> elements_;
+};
+
+// Adds a nodeset, or nodes to the one of this name. `nodes` are indices.
+void add_nodeset(Mesh& mesh, const std::string& name, std::vector<Index> nodes);
+
+}  // namespace cbr

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/output/exodus_fields.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <numeric>
+#include <set>
+
+#include "common/error.hpp"
+#include "common/hdf5_file.hpp"
+#include "common/mesh/exodus_results.hpp"
+#include "common/output_file.hpp"
+#include "common/program.hpp"
+#include "dynamics/output/xdmf.hpp"
+
+namespace cbr {
+namespace {
+
+ElementType type_of(const std::string& topology) {
+  using enum ElementType;
+  static const std::map<std::string, ElementType> types = {
+      {"Tetrahedron", tet4},    {"Tetrahedron_10", tet10},  {"Pyramid", pyramid5},     {"Wedge", wedge6},
+      {"Hexahedron", hex8},     {"Hexahedron_20", hex20},   {"Triangle", tri3},        {"Triangle_6", tri6},
+      {"Quadrilateral", quad4}, {"Quadrilateral_8", quad8}, {"Quadrilateral_9", quad9}};
+  return types.at(topology);
+}
+
+// From VTK's order of an element's nodes to that of Exodus: the upright mid-edges of a hex before the upper ones.
+IndexTable exodus_order(const IndexTable& cells, ElementType type) {
+  if (type != ElementType::hex20) return cells;
+  IndexTable out = cells;
+  out.middleCols(12, 4) = cells.middleCols(16, 4);
+  out.middleCols(16, 4) = cells.middleCols(12, 4);
+  return out;
+}
+
+// Each list's ids plus a multiple, of the list's place, of a power of ten above all of them: unlike each other, and still to be
+// read. A list with an id twice (an element with two faces), or of too large ones, is counted instead.
+std::vector<std::vector<Index>> told_apart(std::vector<std::vector<Index>> lists) {
+  Index highest = 0;
+  for (auto& ids : lists) {
+    if (std::set<Index>(ids.begin(), ids.end()).size() < ids.size()) std::iota(ids.begin(), ids.end(), Index{1});
+    for (const Index id : ids) highest = std::max(highest, id);
+  }
+  Index offset = 10;
+  while (offset <= highest) offset *= 10;
+  const bool fits = static_cast<Index>(lists.size()) * offset <= std::numeric_limits<int>::max();
+  Index next = 1;
+  for (std::size_t i = 0; i < lists.size(); ++i)
+    for (Index& id : lists[i]) id = fits ? id + static_cast<Index>(i) * offset : next++;
+  return lists;
+}
+
+// Grids of one mesh have the same points, which the file has once.
+class ExodusGrids {
+ public:
+  explicit ExodusGrids(const std::vector<FieldGrid>& grids) : grids_(grids) {
+    for (std::size_t g = 0; g < grids.size(); ++g) {
+      if (g == 0 || !has_points_of(grids[g], grids[g - 1])) {
+        first_point_.push_back(n_points_);
+        owner_.push_back(g);
+        n_points_ += grids[g].points.rows();
+      }
+      set_of_.push_back(owner_.size() - 1);
+    }
+  }
+
+  Mesh mesh() const {
+    Mesh mesh;
+    mesh.coordinates.resize(n_points_, 3);
+    std::vector<std::vector<Index>> node_ids, element_ids;
+    for (std::size_t s = 0; s < owner_.size(); ++s) {
+      const FieldGrid& grid = grids_[owner_[s]];
+      mesh.coordinates.middleRows(first_point_[s], grid.points.rows()) = grid.points;
+      node_ids.push_back(grid.node_ids);
+    }
+    for (const auto& ids : told_apart(node_ids)) mesh.node_ids.insert(mesh.node_ids.end(), ids.begin(), ids.end());
+    element_ids.resize(owner_.size());
+    for (std::size_t g = 0; g < grids_.size(); ++g) {
+      auto& ids = element_ids[set_of_[g]];
+      ids.insert(ids.end(), grids_[g].element_ids.begin(), grids_[g].element_ids.end());
+    }
+    element_ids = told_apart(element_ids);
+    std::vector<std::size_t> used(owner_.size(), 0);
+    std::set<std::string> names;
+    for (std::size_t g = 0; g < grids_.size(); ++g) {
+      const FieldGrid& grid = grids_[g];
+      Block block;
+      block.name = names.insert(grid.name).second ? grid.name : grid.name + "." + grid.topology;
+      block.id = static_cast<Index>(g) + 1;
+      block.type = type_of(grid.topology);
+      block.connectivity = exodus_order(grid.cells, block.type).array() + first_point_[set_of_[g]];
+      const auto first = element_ids[set_of_[g]].begin() + static_cast<std::ptrdiff_t>(used[set_of_[g]]);
+      block.element_ids.assign(first, first + grid.cells.rows());
+      used[set_of_[g]] += static_cast<std::size_t>(grid.cells.rows());
+      mesh.blocks.push_back(std::move(block));
+    }
+    return mesh;
+  }
+
+  // All points at a step, one vector a component.
+  std::vector<std::vector<double>> nodal(const Hdf5Reader& heavy, std::size_t step, const std::string& field) const {
+    std::vector<std::vector<double>> columns;
+    for (std::size_t s = 0; s < owner_.size(); ++s) {
+      const RowMatrix values = heavy.read_row_matrix(step_group(step) + std::to_string(owner_[s]) + "/" + field);
+      columns.resize(static_cast<std::size_t>(values.cols()));
+      for (Index c = 0; c < values.cols(); ++c)
+        for (Index i = 0; i < values.rows(); ++i) columns[static_cast<std::size_t>(c)].push_back(values(i, c));
+    }
+    return columns;
+  }
+
+ private:
+  static bool has_points_of(const FieldGrid& a, const FieldGrid& b) { return a.instance == b.instance && a.part == b.part; }
+
+  const std::vector<FieldGrid>& grids_;
+  Index n_points_ = 0;
+  std::vector<Index> first_point_;           // of each set of points
+  std::vector<std::size_t> owner_, set_of_;  // the set's first grid; the set of each grid
+};
+
+ExodusVariables variables_of(const std::vector<FieldGrid>& grids, const std::vector<std::string>& fields) {
+  ExodusVariables variables;
+  for (const std::string& field : fields) {
+    if (field == "stress") variables.element = datasets_of(field);
+    if (field == "contact_pressure") variables.nodal.push_back(field);
+    if (field == "displacement" || field == "velocity")
+      for (const char axis : {'x', 'y', 'z'}) variables.nodal.push_back(field + "_" + axis);
+  }
+  for (const FieldGrid& grid : grids) variables.of_block.push_back(!variables.element.empty() && grid.block != nullptr);
+  return variables;
+}
+
+void write_step(const Hdf5Reader& heavy, std::size_t step, const ExodusGrids& exodus, const ExodusVariables& variables,
+                const std::vector<std::string>& fields, ExodusResults& out) {
+  std::size_t variable = 0;
+  for (const std::string& field : fields) {
+    if (field == "stress") continue;
+    for (const auto& column : exodus.nodal(heavy, step, field)) out.write_nodal(variable++, column);
+  }
+  for (std::size_t g = 0; g < variables.of_block.size(); ++g) {
+    if (!variables.of_block[g]) continue;
+    for (std::size_t v = 0; v < variables.element.size(); ++v) {
+      const RowMatrix values = heavy.read_row_matrix(step_group(step) + std::to_string(g) + "/" + variables.element[v]);
+      out.write_element(v, g, {values.data(), values.data() + values.size()});
+    }
+  }
+}
+
+}  // namespace
+
+void write_exodus_fields(const std::filesystem::path& heavy, const std::vector<double>& times, const std::vector<FieldGrid>& grids,
+                         const std::vector<std::string>& fields, const std::filesystem::path& target) {
+  const Hdf5Reader reader(heavy);
+  const ExodusGrids exodus(grids);
+  const ExodusVariables variables = variables_of(grids, fields);
+  TemporaryFile temporary(target);
+  ExodusResults out(exodus.mesh(), variables, std::string(exodus_title) + " " + version(), temporary.path(), target.string());
+  for (std::size_t step = 0; step < times.size(); ++step) {
+    out.begin_step(times[step]);
+    write_step(reader, step, exodus, variables, fields, out);
+  }
+  out.close();
+  temporary.commit();
+}
+
+}  // namespace cbr

@@ -1,0 +1,270 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Meshes of other programs: .inp, .bdf and .unv files that gmsh wrote become the same superelement as its .msh, sets, surfaces and
+materials of .inp and .bdf count, and damaged files are refused with one line.
+usage: mesh_readers.py CBR_REDUCE CBR_SKIN CBR_DYN FOLDER_OF_MESHES. Exit 77 without h5py or numpy."""
+import random
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+try:
+    import h5py
+    import numpy as np
+except ImportError as missing:
+    print(f"skipped: {missing}")
+    sys.exit(77)
+
+sys.dont_write_bytecode = True
+from netcdf3 import Netcdf  # noqa: E402
+
+E, NU, RHO = 2.1e11, 0.3, 7850.0
+MATERIAL = ["--youngs-modulus", str(E), "--poissons-ratio", str(NU), "--density", str(RHO)]
+
+
+def run(folder, program, *arguments, expect=0):
+    done = subprocess.run([program, "-q", *arguments], cwd=folder, capture_output=True, text=True)
+    assert done.returncode == expect, (arguments, done.returncode, done.stderr)
+    return done.stderr
+
+
+def reduce(folder, mesh, name, *more, interface="contact", expect=0):
+    return run(folder, sys.argv[1], mesh, "--interface", interface, "--modes", "6", *more, "-o", name, expect=expect)
+
+
+def gmsh(folder, *names, **numbers):
+    options = [word for key, value in numbers.items() for word in ("-setnumber", key, str(value))]
+    for name in names:
+        subprocess.run(["gmsh", "-3", Path(sys.argv[4]) / "block.geo", *options, "-o", name], cwd=folder, check=True,
+                       stdout=subprocess.DEVNULL)
+
+
+def superelement(path):
+    with h5py.File(path) as file:
+        names = ("matrices/K_cc", "matrices/M_cc", "matrices/eigenvalues", "nodes/id", "nodes/coordinates", "rigid_body/mass")
+        faces = {name: file[f"interface/{name}/faces"][()] for name in file.get("interface", {})}
+        return {name: file[name][()] for name in names}, faces, dict(file["provenance"].attrs)
+
+
+def mesh_of(folder, mesh, *sidesets):
+    """The mesh as our reader sees it, through cbr-skin, which writes Exodus: blocks, sidesets, nodesets."""
+    run(folder, sys.argv[2], mesh, *(word for name in sidesets for word in ("--sideset", name)), "-o", "seen.exo")
+    file = Netcdf(folder / "seen.exo")
+    ids = file["node_num_map"]
+    sides, nodes = {}, {}
+    for i, name in enumerate(file.strings("ss_names") if "ss_names" in file else [], 1):
+        sides[name] = sorted(zip(file["elem_num_map"][file[f"elem_ss{i}"] - 1], file[f"side_ss{i}"]))
+    for i, name in enumerate(file.strings("ns_names") if "ns_names" in file else [], 1):
+        nodes[name] = sorted(ids[file[f"node_ns{i}"] - 1]) if f"node_ns{i}" in file else []
+    return file.strings("eb_names"), sides, nodes
+
+
+def check_same(folder, mesh, reference, **options):
+    reduce(folder, mesh, "other.cbr.h5", *MATERIAL, interface=options.get("interface", "contact"))
+    found, faces, _ = superelement(folder / "other.cbr.h5")
+    tolerance = options.get("tolerance", 1e-11)
+    for key, values in reference.items():
+        np.testing.assert_allclose(found[key], values, rtol=0, atol=tolerance * np.abs(values).max(), err_msg=f"{mesh} {key}")
+    return faces
+
+
+def check_gmsh_files(folder):
+    for order in (1, 2):
+        gmsh(folder, *(f"h{order}.{suffix}" for suffix in ("msh", "inp", "bdf", "unv", "vtk")), nx=3, ny=2, nz=2, order=order)
+        reduce(folder, f"h{order}.msh", "block.cbr.h5", *MATERIAL)
+        reference, faces, _ = superelement(folder / "block.cbr.h5")
+        for name, found in (("inp", check_same(folder, f"h{order}.inp", reference)),
+                            ("unv", check_same(folder, f"h{order}.unv", reference))):
+            assert {"contact", "x_max"} <= set(found), (name, found)
+            np.testing.assert_array_equal(np.sort(found["contact"], axis=0), np.sort(faces["contact"], axis=0))
+    # gmsh's .bdf has eight columns a number, and no names: a property is a surface of the geometry
+    blocks, sides, _ = mesh_of(folder, "h1.bdf", "surface_5")
+    assert "volume_1" in blocks and len(sides) >= 6, (blocks, sides)
+    with_contact = [name for name, faces in sides.items() if len(faces) == 4]
+    reference = superelement_of_msh(folder)
+    found = [name for name in with_contact if same_interface(folder, name, reference)]
+    assert len(found) >= 1, with_contact
+
+
+def superelement_of_msh(folder):
+    reduce(folder, "h1.msh", "block.cbr.h5", *MATERIAL)
+    return superelement(folder / "block.cbr.h5")[0]
+
+
+def same_interface(folder, name, reference):
+    reduce(folder, "h1.bdf", "other.cbr.h5", *MATERIAL, interface=name)
+    found = superelement(folder / "other.cbr.h5")[0]
+    if not np.array_equal(found["nodes/id"], reference["nodes/id"]):
+        return False
+    np.testing.assert_allclose(found["matrices/K_cc"], reference["matrices/K_cc"], rtol=0,
+                               atol=1e-4 * np.abs(reference["matrices/K_cc"]).max())
+    return True
+
+
+# A part as Abaqus/CAE writes it: sets and surfaces of the assembly, faces by their labels, a material, a section.
+CAE = """*Heading
+** a comment
+*Part, name=Part-1
+*Node
+NODES*Element, type=C3D8R
+1, 1, 2, 3, 4, 5, 6,
+7, 8
+2, 5, 6, 7, 8, 9, 10, 11, 12
+*Elset, elset=Set-All, generate
+1, 2, 1
+*Solid Section, elset=Set-All, material=Steel
+,
+*End Part
+*Assembly, name=Assembly
+*Instance, name=Part-1-1, part=Part-1
+*End Instance
+*Node
+1, 9., 9., 9.
+*Nset, nset=Reference
+1,
+*Nset, nset=Corner, instance=Part-1-1
+1, 2
+*Elset, elset=_Top_S2, internal, instance=Part-1-1
+2,
+*Elset, elset=_Top_S1, internal, instance=Part-1-1
+1,
+*Surface, type=ELEMENT, name=Top
+_Top_S2, S2
+*Surface, type=ELEMENT, name=Bottom
+_Top_S1, S1
+*Surface, type=ELEMENT, name=Skin
+Part-1-1.Set-All,
+*End Assembly
+*Material, name=Steel
+*Density
+7850.,
+*Elastic
+ 2.1e+11, 0.3
+*Step, name=Load
+*Static
+*Boundary
+Corner, 1, 3
+"""
+# The same two hexes in small, large and free fields.
+BDF = """SOL 103
+CEND
+BEGIN BULK
+$ two hexes
+PARAM,POST,-1
+NODESCHEXA   1       7       1       2       3       4       5       6       +
++       7       8
+CHEXA,2,7,5,6,7,8,9,10,+
++,11,12
+CQUAD4  11      9       9       10      11      12
+PSOLID  7       3
+PSHELL  9       3       .1
+MAT1*   3               2.1+11                          .3
+*       7850.
+ASET1,123,9,THRU,12
+SPC1    4       123     1       2
+ENDDATA
+"""
+CORNERS = [(x, y, z) for z in (0, 1, 2.5) for x, y in ((0, 0), (1, 0), (1, 0.5), (0, 0.5))]
+
+
+def write_hand_made(folder):
+    inp = "".join(f"{i}, {x}, {y}, {z}\n" for i, (x, y, z) in enumerate(CORNERS, 1))
+    (folder / "cae.inp").write_text(CAE.replace("NODES", inp))
+    bdf = "".join(f"GRID,{i},,{x:.1f},{y:.1f},{z:.1f}\n" if i % 2 else f"{'GRID*':8}{i:16}{'':16}{x:16.8f}{y:16.8f}\n{'*':8}{z:16.8f}\n"
+                  for i, (x, y, z) in enumerate(CORNERS, 1))
+    (folder / "hand.bdf").write_text(BDF.replace("NODES", bdf))
+
+
+def check_sets(folder):
+    write_hand_made(folder)
+    blocks, sides, nodes = mesh_of(folder, "cae.inp", "Top")
+    assert blocks == ["Set-All", "skin.Top"] or blocks[0] == "Set-All", blocks
+    assert sides["Top"] == [(2, 6)] and sides["Bottom"] == [(1, 5)], sides  # Exodus's numbers: 5 below, 6 above
+    assert len(sides["Skin"]) == 10, sides["Skin"]
+    assert nodes == {"Corner": [1, 2]}, nodes
+    blocks, sides, nodes = mesh_of(folder, "hand.bdf", "surface_9")
+    assert blocks[0] == "volume_7" and sides["surface_9"] == [(2, 6)], (blocks, sides)
+    assert nodes == {"aset": [9, 10, 11, 12], "spc_4": [1, 2]}, nodes
+
+
+def check_materials(folder):
+    """Taken from the file without a word, overruled by the scene, and refused where they are of no use."""
+    expected = RHO * 1 * 0.5 * 2.5
+    for mesh, interface in (("cae.inp", "Top"), ("hand.bdf", "surface_9")):
+        reduce(folder, mesh, "own.cbr.h5", interface=interface)
+        own, _, provenance = superelement(folder / "own.cbr.h5")
+        np.testing.assert_allclose(own["rigid_body/mass"], expected, rtol=1e-12)
+        reduce(folder, mesh, "given.cbr.h5", *MATERIAL, interface=interface)
+        for key, values in superelement(folder / "given.cbr.h5")[0].items():
+            np.testing.assert_array_equal(own[key], values, err_msg=f"{mesh} {key}")
+        reduce(folder, mesh, "given.cbr.h5", *MATERIAL[:-1], "1000", interface=interface)
+        np.testing.assert_allclose(superelement(folder / "given.cbr.h5")[0]["rigid_body/mass"], 1000 * 1.25, rtol=1e-12)
+        # In a scene, with stress recovered from the file's material
+        (folder / "scene.yaml").write_text(
+            f"components: {{c: {{mesh: {mesh}, reduction: {{interface: [{interface}], modes: 6, recovery: true}}}}}}\n"
+            f"instances: {{a: {{component: c, velocity: [1, 0, 0]}}}}\ntime: {{end: 1.0e-5}}\noutput: {{fields: [stress]}}\n")
+        run(folder, sys.argv[1], "scene.yaml")
+        run(folder, sys.argv[3], "scene.yaml", "-o", "r.h5")
+        with h5py.File(folder / "r.h5") as file:
+            np.testing.assert_allclose(file["instances/a/momentum"][0], [expected, 0, 0], rtol=1e-12, atol=1e-9)
+    text = (folder / "cae.inp").read_text()
+    for change, words in ((("*Density\n7850.,\n", ""), "density"), (("2.1e+11, 0.3", "2.1e+11, 0.3, 20.\n 2.0e+11, 0.3, 90."), "temperature"),
+                          (("material=Steel", "material=Brass"), "is not defined"), (("*Elastic\n", "*Elastic, type=ORTHO\n"), "ORTHO")):
+        (folder / "odd.inp").write_text(text.replace(*change))
+        error = reduce(folder, "odd.inp", "odd.cbr.h5", interface="Top", expect=2)
+        assert words in error and "odd.inp" in error and error.count("\n") == 1, error
+        reduce(folder, "odd.inp", "odd.cbr.h5", *MATERIAL, interface="Top")
+
+
+def check_refusals(folder):
+    text = (folder / "cae.inp").read_text()
+    bulk = (folder / "hand.bdf").read_text()
+    cases = [("odd.inp", text.replace("C3D8R", "C3D27"), ["odd.inp:", "C3D27", "C3D20"]),
+             ("odd.inp", text.replace("*Step", "*Tie, name=t\nTop, Bottom\n*Step"), ["TIE", "constraints"]),
+             ("odd.inp", text.replace("_Top_S2, S2", "_Top_S2, S9"), ["odd.inp:", "S9"]),
+             ("odd.inp", text.replace("_Top_S2, S2", "Nowhere, S2"), ["odd.inp:", "NOWHERE"]),
+             ("odd.inp", text.replace("5, 6, 7, 8, 9, 10, 11, 12", "5, 6, 7, 8, 9, 10, 11, 99"), ["element 2", "node 99"]),
+             ("odd.inp", text.replace("*End Instance", "1., 0., 0.\n*End Instance"), ["INSTANCE", "position"]),
+             ("odd.bdf", bulk.replace("ENDDATA", "RBE2,5,1,123,2\nENDDATA"), ["odd.bdf:", "RBE2"]),
+             ("odd.bdf", bulk.replace("MAT1*   3", "MAT8*   3"), ["MAT8", "material"]),
+             ("odd.bdf", bulk.replace("+,11,12", "+,11,99"), ["element 2", "node 99"]),
+             ("odd.bdf", bulk.replace("GRID,1,,", "GRID,1,4,"), ["coordinate system 4"])]
+    for name, changed, words in cases:
+        (folder / name).write_text(changed)
+        interface = "Top" if name.endswith("inp") else "surface_9"
+        error = reduce(folder, name, "odd.cbr.h5", interface=interface, expect=2)
+        assert error.count("\n") == 1 and all(word in error for word in words), (words, error)
+    error = run(folder, sys.argv[2], "cae.inp", "--sideset", "Top", "-o", "out.inp", expect=2)
+    assert "out.inp" in error and error.count("\n") == 1, error
+
+
+def check_damage(folder):
+    """Cut and changed files: a mesh, or one line with exit code 2."""
+    dice = random.Random(1)
+    for name, trials in (("cae.inp", 30), ("hand.bdf", 30), ("h1.unv", 6), ("h1.vtk", 6)):
+        whole = (folder / name).read_bytes()
+        damaged = folder / f"damaged{Path(name).suffix}"
+        for trial in range(trials):
+            at = dice.randrange(len(whole))
+            changed = whole[:at] if trial % 2 else whole[:at] + bytes([dice.randrange(256)]) + whole[at + 1:]
+            damaged.write_bytes(changed)
+            done = subprocess.run([sys.argv[1], "-q", damaged.name, "--interface", "Top", "--modes", "2", *MATERIAL, "-o", "d.cbr.h5"],
+                                  cwd=folder, capture_output=True, text=True, errors="replace")
+            errors = [line for line in done.stderr.splitlines() if "cbr-reduce: error: " in line]
+            assert (done.returncode, len(errors)) in ((0, 0), (2, 1)), (name, at, done.stderr)
+
+
+def main():
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        check_gmsh_files(folder)
+        check_sets(folder)
+        check_materials(folder)
+        check_refusals(folder)
+        check_damage(folder)
+    print("ok")
+
+
+if __name__ == "__main__":
+    main()
