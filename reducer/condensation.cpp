@@ -90,7 +90,7 @@ class Condenser {
     const auto n_I = static_cast<double>(p_.n_interior()), c = static_cast<double>(p_.n_interface());
     const double whole_bytes = 8 * n_I * c * (p_.lumped && !options_.keep_Psi ? 1 : 2);
     result_.way = options_.way;
-    if (result_.way == CondensationWay::automatic) {
+    if (result_.way == CondensationWay::automatic || result_.way == CondensationWay::fronts) {
       const double second_flops = tree_.all().flops_per_column + wanted_.flops_per_column;
       const bool solve_is_cheaper = solve_penalty * second_flops < n_I * c;
       const bool fits = whole_bytes <= options_.memory;
@@ -313,6 +313,28 @@ class Condenser {
 Condensation condense(const Partition& partition, const SparseCholesky& factor, const Matrix& Phi,
                       const CondensationOptions& options, Report& report) {
   return Condenser(partition, factor, Phi, options, report).run();
+}
+
+Condensation complete(const Partition& p, const SparseCholesky& factor, const Matrix& Phi, Condensed&& condensed) {
+  Condensation result;
+  result.way = CondensationWay::fronts;
+  result.front_flops = condensed.flops;
+  result.K_cc = std::move(condensed.K);
+  result.M_cc = std::move(condensed.M);
+  const Index k = Phi.cols(), r = p.rigid.count();
+  // [M_II Phi, (M R)_I], and Psi^T of it   (n_I x (k + r), c x (k + r))
+  Matrix W(p.n_interior(), k + r);
+  W.leftCols(k) = product(p.M_II, Phi);
+  W.rightCols(r) = p.rigid.P_I;
+  factor.solve_in_place(W);
+  const Matrix T = -product(SparseMatrix(p.K_IC.transpose()), W);
+  result.solve_flops = 2 * factor.tree().all().flops_per_column * static_cast<double>(k + r);
+  result.M_kc = T.leftCols(k).transpose();
+  if (p.M_IC.nonZeros() > 0) result.M_kc += product(SparseMatrix(p.M_IC.transpose()), Phi).transpose();
+  const Matrix m = Matrix(p.rigid.P_C) + T.rightCols(r);
+  result.rigid = follow_rigid_motions(p.rigid, m, result.K_cc, result.M_cc);
+  follow_rigid_motions(p.rigid, rigid_content(p.rigid, result.M_cc), Phi, result.M_kc);
+  return result;
 }
 
 Matrix mode_coupling_of_one_Psi(const Partition& p, const SparseCholesky& factor, const Matrix& Phi, const Matrix& M_cc,

@@ -12,6 +12,7 @@ namespace cbr {
 enum class CondensationWay {
   automatic,     // the cheaper one in flops that fits the memory
   product,       // Psi whole, Psi^T M_II Psi as one symmetric product: n_I c^2 flops and 8 n_I c bytes
+  fronts,        // with the factorisation, K and M front by front, no Psi: SparseCholesky::condensing()
   second_solve,  // Psi in panels, Psi^T Y = -K_CI K_II^-1 Y by another solve: 4 nnz(L) c flops, 16 n_I bytes per column of a panel
 };
 
@@ -35,7 +36,7 @@ struct Condensation {
   Matrix Psi;         // n_I x c when kept, else empty
   CondensationWay way = CondensationWay::product;
   Index panel = 0;
-  double solve_flops = 0, product_flops = 0;
+  double solve_flops = 0, product_flops = 0, front_flops = 0;
   RigidFigures rigid;
 };
 
@@ -44,6 +45,9 @@ struct Condensation {
 // columns. Psi follows partition.rigid exactly, in all of them.
 Condensation condense(const Partition& partition, const SparseCholesky& factor, const Matrix& Phi,
                       const CondensationOptions& options, Report& report);
+
+// The rest of it where K_cc and M_cc came with the factor: one solve of each of Phi's columns and of the rigid motions.
+Condensation complete(const Partition& partition, const SparseCholesky& factor, const Matrix& Phi, Condensed&& condensed);
 
 // M_kc = Phi^T M_IC - (K_II^-1 M_II Phi)^T K_IC   (k x c): the same for vectors that come later. k solves. M_cc: condense()'s.
 Matrix mode_coupling(const Partition& partition, const SparseCholesky& factor, const Matrix& Phi, const Matrix& M_cc);

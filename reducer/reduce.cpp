@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 #include <numeric>
+#include <optional>
 
 #include "common/connected_parts.hpp"
 #include "common/error.hpp"
@@ -23,6 +24,8 @@ namespace cbr {
 namespace {
 
 constexpr double singular_pivot = 1e-14;
+
+bool has_free_modes(const ReductionOptions& options) { return options.is_massless() && options.massless_modes != "fixed"; }
 
 // What the factor of K_II says of it. InputError: it is singular.
 void judge_interior(Reduction& r, const SparseCholesky& factor) {
@@ -49,7 +52,33 @@ SparseCholesky factorise(Reduction& r) {
   return factor;
 }
 
-bool has_free_modes(const ReductionOptions& options) { return options.is_massless() && options.massless_modes != "fixed"; }
+// Whether the condensation may come with the factorisation: nothing reads Psi, nobody asks for a way.
+bool may_condense_by_fronts(const Reduction& r) {
+  const bool asked = r.settings.way == CondensationWay::fronts;
+  return !r.options.recovery && (asked || r.settings.way == CondensationWay::automatic) && r.settings.panel == 0;
+}
+
+struct FactorAndCondensed {
+  SparseCholesky factor;
+  std::optional<Condensed> condensed;
+};
+
+FactorAndCondensed factorise_and_condense(Reduction& r) {
+  if (may_condense_by_fronts(r)) {
+    const auto phase = r.report.phase("factorisation and condensation");
+    Condensed condensed;
+    std::optional<SparseCholesky> factor =
+        SparseCholesky::condensing(r.model.K, r.model.M, dofs_of(r.p.interface_nodes), condensed,
+                                   r.settings.way == CondensationWay::fronts, [&](double share) { r.report.progress("factorisation and condensation", share); });
+    if (factor) {
+      if (!has_free_modes(r.options)) r.model.K = SparseMatrix(), r.model.M = SparseMatrix();
+      judge_interior(r, *factor);
+      return {std::move(*factor), std::move(condensed)};
+    }
+  }
+  if (!has_free_modes(r.options)) r.model.K = SparseMatrix(), r.model.M = SparseMatrix();
+  return {factorise(r), {}};
+}
 
 Index n_modes_wanted(const Reduction& r, const SparseCholesky& factor) {
   check_modes_wanted(r.options);
@@ -205,15 +234,18 @@ void couple_again(Reduction& r, const SparseCholesky& factor, const Matrix& Phi,
   condensed.M_kc = mode_coupling_of_one_Psi(r.p, factor, Phi, M_cc, options, r.report);
 }
 
-Condensation condense_with(Reduction& r, const SparseCholesky& factor, const Matrix& Phi) {
+Condensation condense_with(Reduction& r, const SparseCholesky& factor, const Matrix& Phi, std::optional<Condensed>&& condensed_by_fronts) {
   const CondensationOptions options = condensation_options(r, factor, Phi);
   const auto phase = r.report.phase("condensation");
   const auto &inside = r.p.interior_nodes, &on_interface = r.p.interface_nodes;
   r.p.rigid = rigid_motions(r.p, coordinates_of(r, inside), parts_of_nodes(r, inside), 0, coordinates_of(r, on_interface),
                             parts_of_nodes(r, on_interface));
-  Condensation condensed = condense(r.p, factor, Phi, options, r.report);
+  // Of an ill-conditioned K_II all comes from one Psi
+  Condensation condensed = condensed_by_fronts && !options.one_Psi ? complete(r.p, factor, Phi, std::move(*condensed_by_fronts))
+                                                                  : condense(r.p, factor, Phi, options, r.report);
   r.figures.solve_flops = condensed.solve_flops;
   r.figures.product_flops = condensed.product_flops;
+  r.figures.front_flops = condensed.front_flops;
   r.figures.way = condensed.way;
   r.figures.panel = condensed.panel;
   return condensed;
@@ -365,14 +397,14 @@ bool reduce_to_free_shapes(Reduction& r, Superelement& s) {
 
 void condense_and_keep(Reduction& r, Superelement& s) {
   if (r.options.is_characteristic() && reduce_to_free_shapes(r, s)) return;
-  if (!has_free_modes(r.options)) r.model.K = SparseMatrix(), r.model.M = SparseMatrix();
   require_memory_for_interface(r.p.n_interface(), machine_memory_bytes());
-  const SparseCholesky factor = factorise(r);
+  FactorAndCondensed first = factorise_and_condense(r);
+  const SparseCholesky factor = std::move(first.factor);
   FixedInterfaceModes modes = first_modes(r, factor);
   // From here on only its factor is needed, and the space may be; an inertia count of modes to come takes K_II itself, and so do
   // parts
   if (!r.options.tolerance && !has_parts(r)) r.p.K_II = SparseMatrix(r.p.n_interior(), r.p.n_interior());
-  Condensation condensed = condense_with(r, factor, modes.Phi);
+  Condensation condensed = condense_with(r, factor, modes.Phi, std::move(first.condensed));
   r.figures.rigid = condensed.rigid;
   if (r.p.rigid.count() > 0) judge_rigid(condensed.rigid, r.figures.condition.K_II.scaled, r.figures.condition.weakest, r.report);
   if (has_free_modes(r.options)) return make_free(r, factor, condensed, s);
@@ -444,7 +476,8 @@ Superelement reduce_to(const std::vector<Index>* interface, const Mesh& mesh, co
     check_rigid_motions(r, s.rigid_body.center);
     r.figures.n_dofs = r.model.K.rows();
     r.figures.n_interior = r.p.n_interior();
-    if (!has_free_modes(options) && !options.is_characteristic()) r.model.K = SparseMatrix(), r.model.M = SparseMatrix();
+    if (!has_free_modes(options) && !options.is_characteristic() && !may_condense_by_fronts(r))
+      r.model.K = SparseMatrix(), r.model.M = SparseMatrix();
   }
   check_interface_holds(mesh, r.model, r.p, r.part);
   describe_interface(r, s);

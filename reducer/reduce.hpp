@@ -34,6 +34,7 @@ struct ReductionFigures {
   std::string mode_method;
   bool modes_proven = false;
   double factor_nonzeros = 0, factor_flops = 0, solve_flops = 0, product_flops = 0;
+  double front_flops = 0;  // of a condensation that came with the factorisation
   CondensationWay way = CondensationWay::product;
   Index panel = 0;
   Conditioning condition;

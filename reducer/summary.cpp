@@ -201,6 +201,13 @@ void count_work(const ReductionFigures& figures, Report& report) {
   report.count("factor_flops", figures.factor_flops);
   report.count("solve_flops", figures.solve_flops);
   report.count("product_flops", figures.product_flops);
+  report.count("front_flops", figures.front_flops);
+}
+
+std::string way_text(const ReductionFigures& figures) {
+  if (figures.way == CondensationWay::fronts) return "condensed with the factorisation, front by front";
+  if (figures.way == CondensationWay::product) return "constraint modes held whole";
+  return "constraint modes in panels of " + std::to_string(figures.panel) + " columns";
 }
 
 }  // namespace
@@ -226,11 +233,9 @@ void summarise(const Superelement& s, const ReductionFigures& figures, const Com
   }
   say_rigid_body(s.rigid_body, mass, report);
   report.line("  sets kept    " + sets_text(s));
-  const bool panels = figures.way == CondensationWay::second_solve;
   report.detail(format_text("factor: %.3g non-zeros, %.3g flops; solves %.3g flops; products %.3g flops", figures.factor_nonzeros,
                             figures.factor_flops, figures.solve_flops, figures.product_flops));
-  report.detail(panels ? "constraint modes in panels of " + std::to_string(figures.panel) + " columns"
-                       : "constraint modes held whole");
+  report.detail(way_text(figures));
   say_file(file, s.has_diagonal_form(), !s.recovery.empty(), report);
 }
 

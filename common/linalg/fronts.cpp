@@ -3,12 +3,12 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 #include "common/linalg/blas_threads.hpp"
 #include "common/linalg/huge_pages.hpp"
 #include "common/parallel.hpp"
 #include "common/program.hpp"
-#include "common/row_threads.hpp"
 
 namespace cbr {
 namespace {
@@ -17,18 +17,19 @@ namespace {
 constexpr double worth_threads = 2e7;
 
 // Supernodes whose rows are those of the next one and their own columns are one front: the pieces of a wide one among them.
-std::vector<Front> fronts_of(const SupernodeTree& tree) {
+std::vector<Front> fronts_of(const SupernodeTree& tree, Index n_pivots) {
   const SupernodalFactor& f = tree.factor();
   std::vector<Front> fronts;
   std::vector<Index> front_of(static_cast<std::size_t>(f.n_super)), above;
   for (Index s = 0; s < f.n_super; ++s) {
-    const bool goes_on = s > 0 && tree.parent(s - 1) == s && f.height(s) == f.height(s - 1) - f.columns(s - 1);
+    const bool goes_on =
+        s > 0 && tree.parent(s - 1) == s && f.height(s) == f.height(s - 1) - f.columns(s - 1) && f.first(s) != n_pivots;
     if (goes_on) {
       fronts.back().columns += f.columns(s);
       ++fronts.back().n_supernodes;
       above.back() = tree.parent(s);
     } else {
-      fronts.push_back({f.first(s), f.columns(s), f.height(s), f.rows + f.pi[s], -1, s, 1});
+      fronts.push_back({f.first(s), f.columns(s), f.height(s), f.rows + f.pi[s], -1, s, 1, f.first(s) >= n_pivots});
       above.push_back(tree.parent(s));
     }
     front_of[static_cast<std::size_t>(s)] = static_cast<Index>(fronts.size()) - 1;
@@ -39,14 +40,20 @@ std::vector<Front> fronts_of(const SupernodeTree& tree) {
 }
 
 double flops_of(const Front& front) {
+  if (front.is_kept) return 0;
   const auto height = static_cast<double>(front.height), below = static_cast<double>(front.below());
   return (height * height * height - below * below * below) / 3;
 }
 
 }  // namespace
 
-Fronts::Fronts(const SupernodeTree& tree, const ShiftedMatrix& A, const Progress& progress)
-    : f_(tree.factor()), fronts_(fronts_of(tree)), A_(A), place_(static_cast<std::size_t>(f_.n)), updates_(fronts_.size()), progress_(progress) {
+Fronts::Fronts(const SupernodeTree& tree, std::vector<ShiftedMatrix> matrices, Index n_pivots, const Progress& progress)
+    : f_(tree.factor()),
+      fronts_(fronts_of(tree, n_pivots)),
+      matrices_(std::move(matrices)),
+      place_(static_cast<std::size_t>(f_.n)),
+      updates_(fronts_.size()),
+      progress_(progress) {
   for (Index j = 0; j < f_.n; ++j) place_[static_cast<std::size_t>(f_.order[j])] = j;
   children_.resize(fronts_.size());
   for (Index s = 0; s < n_fronts(); ++s)
@@ -68,7 +75,8 @@ Fronts::Outcome Fronts::run() {
     eliminate_subtrees(subtree, last);
     subtree = last;
     if (!fine()) break;
-    front(s, position, flops_of(fronts_[static_cast<std::size_t>(s)]) > worth_threads);
+    const Front& next = fronts_[static_cast<std::size_t>(s)];
+    front(s, position, next.is_kept || flops_of(next) > worth_threads);
   }
   eliminate_subtrees(subtree, subtrees_.size());
   if (foreign_) return Outcome::foreign;
@@ -93,8 +101,7 @@ void Fronts::plan() {
   double total = 0;
   for (Index s = 0; s < n_fronts(); ++s) {
     const auto i = static_cast<std::size_t>(s);
-    const auto height = static_cast<double>(fronts_[i].height), below = static_cast<double>(fronts_[i].below());
-    const double own = height * height * height - below * below * below;
+    const double own = flops_of(fronts_[i]);
     total += own;
     work[i] += own;
     first[i] = s;
@@ -121,32 +128,34 @@ void Fronts::plan() {
   std::iota(top_.begin(), top_.end(), Index{0});
 }
 
-// The frontal matrix, its pivots eliminated; what is left of it waits for the parent.
+// The frontal matrices, their pivots eliminated; what is left of them waits for the parent.
 void Fronts::front(Index s, std::vector<Index>& position, bool alone) {
   const Front& own = fronts_[static_cast<std::size_t>(s)];
-  const Index height = own.height, below = own.below();
-  const Index* rows = own.rows;
-  for (Index i = 0; i < height; ++i) position[static_cast<std::size_t>(rows[i])] = i;
-  Matrix F = on_huge_pages(height, own.columns), rest = on_huge_pages(below, below);
-  share_columns(own.columns, alone, [&](Index j) { F.col(j).setZero(); });
-  share_columns(below, alone, [&](Index j) { rest.col(j).setZero(); });
-  assemble(s, position, F);
-  for (const Index child : children_[static_cast<std::size_t>(s)]) extend_add(child, position, alone, F, rest);
-  for (Index i = 0; i < height; ++i) position[static_cast<std::size_t>(rows[i])] = -1;
+  for (Index i = 0; i < own.height; ++i) position[static_cast<std::size_t>(own.rows[i])] = i;
+  std::vector<FrontMatrix> of;
+  for (const ShiftedMatrix& A : matrices_) {
+    of.push_back({on_huge_pages(own.height, own.columns), on_huge_pages(own.below(), own.below())});
+    share_columns(own.columns, alone, [&](Index j) { of.back().F.col(j).tail(own.height - j).setZero(); });
+    share_columns(own.below(), alone, [&](Index j) { of.back().rest.col(j).tail(own.below() - j).setZero(); });
+    assemble(A, own.first, position, of.back().F);
+  }
+  for (const Index child : children_[static_cast<std::size_t>(s)]) extend_add(child, position, alone, of);
+  for (Index i = 0; i < own.height; ++i) position[static_cast<std::size_t>(own.rows[i])] = -1;
   if (!fine()) return;
-  if (!eliminate(own, F, rest, alone)) {
+  if (!eliminate(own, of, alone)) {
     stopped_ = true;
     return;
   }
-  if (below > 0) updates_[static_cast<std::size_t>(s)] = std::move(rest);
+  for (FrontMatrix& matrix : of)
+    if (own.below() > 0) updates_[static_cast<std::size_t>(s)].push_back(std::move(matrix.rest));
   const double done = done_flops_ += flops_of(own);
   if (progress_ && std::this_thread::get_id() == runs_) progress_(done / all_flops_);
 }
 
-void Fronts::assemble(Index s, const std::vector<Index>& position, Matrix& F) {
+void Fronts::assemble(const ShiftedMatrix& A, Index first, const std::vector<Index>& position, Matrix& F) {
   for (Index j = 0; j < F.cols(); ++j) {
-    const Index column = fronts_[static_cast<std::size_t>(s)].first + j;
-    A_.each(f_.order[column], [&](Index row, double value) {
+    const Index column = first + j;
+    A.each(f_.order[column], [&](Index row, double value) {
       const Index place = place_[static_cast<std::size_t>(row)];
       if (place < column || value == 0) return;
       const Index i = position[static_cast<std::size_t>(place)];
@@ -159,33 +168,28 @@ void Fronts::assemble(Index s, const std::vector<Index>& position, Matrix& F) {
   }
 }
 
-void Fronts::extend_add(Index child, const std::vector<Index>& position, bool alone, Matrix& F, Matrix& rest) {
-  Matrix U = std::move(updates_[static_cast<std::size_t>(child)]);
-  updates_[static_cast<std::size_t>(child)].resize(0, 0);
+void Fronts::extend_add(Index child, const std::vector<Index>& position, bool alone, std::vector<FrontMatrix>& of) {
+  const std::vector<Matrix> updates = std::move(updates_[static_cast<std::size_t>(child)]);
+  updates_[static_cast<std::size_t>(child)].clear();
   const Front& from = fronts_[static_cast<std::size_t>(child)];
   const Index* rows = from.rows + from.columns;
-  const Index columns = F.cols(), m = U.rows();
+  const Index columns = of.front().F.cols(), m = from.below();
   std::vector<Index> to(static_cast<std::size_t>(m));
   for (Index i = 0; i < m; ++i) to[static_cast<std::size_t>(i)] = position[static_cast<std::size_t>(rows[i])];
-  share_columns(m, alone, [&](Index j) {
-    const Index column = to[static_cast<std::size_t>(j)];
-    double* into = column < columns ? F.col(column).data() : rest.col(column - columns).data() - columns;
-    for (Index i = j; i < m; ++i) into[to[static_cast<std::size_t>(i)]] += U(i, j);
-  });
-}
-
-void share_tasks(Index n, bool share, const std::function<void(Index)>& task) {
-  const int threads = share ? static_cast<int>(std::min<Index>(n_threads(), n)) : 1;
-  std::atomic<Index> next{0};
-  run_kept_threads(threads, [&](int) {
-    for (Index i = next++; i < n; i = next++) task(i);
-  });
+  for (std::size_t a = 0; a < updates.size(); ++a) {
+    const Matrix& U = updates[a];
+    share_columns(m, alone, [&](Index j) {
+      const Index column = to[static_cast<std::size_t>(j)];
+      double* into = column < columns ? of[a].F.col(column).data() : of[a].rest.col(column - columns).data() - columns;
+      for (Index i = j; i < m; ++i) into[to[static_cast<std::size_t>(i)]] += U(i, j);
+    });
+  }
 }
 
 double front_bytes(const SupernodeTree& tree) {
   // Columns of a product with one triangle of its result
   constexpr double update_block = 192;
-  const std::vector<Front> fronts = fronts_of(tree);
+  const std::vector<Front> fronts = fronts_of(tree, tree.factor().n);
   std::vector<double> waiting(fronts.size(), 0.0);  // updates of the children
   double held = 0, most = 0;
   for (std::size_t s = 0; s < fronts.size(); ++s) {

@@ -3,12 +3,11 @@
 // products throughout.
 #pragma once
 
-#include <algorithm>
 #include <atomic>
-#include <functional>
 #include <thread>
 #include <vector>
 
+#include "common/linalg/lower_updates.hpp"
 #include "common/linalg/progress.hpp"
 #include "common/linalg/supernodal.hpp"
 
@@ -35,7 +34,14 @@ struct Front {
   const Index* rows = nullptr;
   Index parent = -1;  // a front, -1: none
   Index supernode = 0, n_supernodes = 0;
+  bool is_kept = false;  // its columns are not pivots
   Index below() const { return height - columns; }
+};
+
+// What a front has of one matrix. F (height x columns, lower): columns of the matrix with all that was eliminated before taken
+// off. `rest` (below x below, lower triangle): what goes on to the parent.
+struct FrontMatrix {
+  Matrix F, rest;
 };
 
 // Fronts in the order of the tree. Subtrees go side by side, each on one thread; the fronts above them follow one by one with
@@ -43,8 +49,9 @@ struct Front {
 // heir's.
 class Fronts {
  public:
-  // Both must outlive the object; A is permuted as the tree's factor is.
-  Fronts(const SupernodeTree& tree, const ShiftedMatrix& A, const Progress& progress = {});
+  // All must outlive the object; the matrices are permuted as the tree's factor is. From column n_pivots on (the first of a
+  // supernode) columns are kept: only collected.
+  Fronts(const SupernodeTree& tree, std::vector<ShiftedMatrix> matrices, Index n_pivots, const Progress& progress = {});
   virtual ~Fronts() = default;
   Fronts(const Fronts&) = delete;
   Fronts& operator=(const Fronts&) = delete;
@@ -54,11 +61,10 @@ class Fronts {
   Outcome run();
 
   const SupernodalFactor& factor() const { return f_; }
-  const ShiftedMatrix& matrix() const { return A_; }
-  // F (height x columns, lower): columns of the matrix with all that was eliminated before taken off. `rest` (below x below, lower
-  // triangle): what goes on to the parent, minus what these pivots take. False stops the whole. Called by several threads, but
-  // for a front that is `alone`: it is large, and all threads are free.
-  virtual bool eliminate(const Front& front, Matrix& F, Matrix& rest, bool alone) = 0;
+  const ShiftedMatrix& matrix() const { return matrices_.front(); }
+  // Takes from each matrix' `rest` what these pivots take, or collects columns that are kept. False stops the whole. Called by
+  // several threads, but for a front that is `alone`: it is large, and all threads are free.
+  virtual bool eliminate(const Front& front, std::vector<FrontMatrix>& of, bool alone) = 0;
 
  private:
   struct Subtree {
@@ -70,15 +76,15 @@ class Fronts {
   void eliminate_subtrees(std::size_t first, std::size_t last);
   void plan();
   void front(Index s, std::vector<Index>& position, bool alone);
-  void assemble(Index s, const std::vector<Index>& position, Matrix& F);
-  void extend_add(Index child, const std::vector<Index>& position, bool alone, Matrix& F, Matrix& rest);
+  void assemble(const ShiftedMatrix& A, Index first, const std::vector<Index>& position, Matrix& F);
+  void extend_add(Index child, const std::vector<Index>& position, bool alone, std::vector<FrontMatrix>& of);
 
   const SupernodalFactor& f_;
   std::vector<Front> fronts_;  // children before their parents
-  ShiftedMatrix A_;
+  std::vector<ShiftedMatrix> matrices_;
   std::vector<Index> place_;                  // in the order of elimination, of each row of A
   std::vector<std::vector<Index>> children_;  // per front, ascending
-  std::vector<Matrix> updates_;               // lower triangles
+  std::vector<std::vector<Matrix>> updates_;  // lower triangles, per front and matrix
   std::vector<Subtree> subtrees_;
   std::vector<Index> top_;
   std::atomic<bool> stopped_{false}, foreign_{false};
@@ -88,19 +94,7 @@ class Fronts {
   std::atomic<double> done_flops_{0};
 };
 
-// task(i) for i < n: on all threads where they share, else in order on this one.
-void share_tasks(Index n, bool share, const std::function<void(Index)>& task);
-
-// use(column) for each of n columns: runs of them on all threads where they share, else in order on this one.
-template <typename Use>
-void share_columns(Index n, bool share, const Use& use) {
-  constexpr Index run = 32;
-  share_tasks((n + run - 1) / run, share, [&](Index i) {
-    for (Index j = i * run; j < std::min(n, (i + 1) * run); ++j) use(j);
-  });
-}
-
-// Bytes that the fronts take at the most, one thread working.
+// Bytes that the fronts of one matrix take at the most, one thread working.
 double front_bytes(const SupernodeTree& tree);
 
 }  // namespace cbr

@@ -16,6 +16,7 @@
 #include "common/error.hpp"
 #include "common/linalg/blas_threads.hpp"
 #include "common/linalg/cut_supernodes.hpp"
+#include "common/linalg/dense_factor.hpp"
 #include "common/linalg/elimination_order.hpp"
 #include "common/linalg/narrow_product.hpp"
 #include "common/linalg/shared_solve.hpp"
@@ -39,6 +40,9 @@ constexpr Index widest_supernode = 512;
 constexpr double vanishing_pivot = 1e-13;
 // Non-zeros of a factor from which on threads share the solution of a few right-hand sides.
 constexpr double worth_sharing = 1e6;
+
+// A flop of a solve of many right-hand sides costs as much as this many of a front's products; share of L that it visits.
+constexpr double solve_penalty = 1.5, visited = 0.8;
 
 // Flops of a factorisation from which on it is done front by front on all threads.
 constexpr double worth_fronts = 1e8;
@@ -216,6 +220,44 @@ struct Cholmod {
     return factor_supernodes(tree, {A}, static_cast<double*>(L->x), progress) == Factored::done;
   }
 
+  // The columns before `last`, and K and M condensed to `last`. False: not done, for one of the reasons of condensing().
+  bool condense(const SparseMatrix& K, const SparseMatrix& M, const std::vector<Index>& last, Condensed& condensed, bool always,
+                const Progress& progress) {
+    analyze(K, last);
+    if (L->is_super == 0 || (common.fl < worth_fronts && !always)) return false;
+    const SupernodeTree tree(view());
+    const Index c = static_cast<Index>(last.size()), n_I = K.rows() - c;
+    if (!is_cheaper(n_I, condensed.flops) && !always) return false;
+    const double square = 8 * static_cast<double>(c) * static_cast<double>(c);
+    const double entries = static_cast<double>(L->xsize) + 4 * static_cast<double>(K.nonZeros());
+    if (8 * entries + 2 * (front_bytes(tree) + square) > 0.9 * machine_memory_bytes()) return false;
+    if (cholmod_l_change_factor(CHOLMOD_REAL, 1, 1, 1, 1, L, &common) == 0) check("factorisation", K);
+    if (factor_and_condense(tree, n_I, K, M, static_cast<double*>(L->x), condensed.K, condensed.M, progress) != Factored::done)
+      return false;
+    mirror_lower(condensed.K);
+    mirror_lower(condensed.M);
+    return true;
+  }
+
+  // Whether elimination with `last` in its rows, of K and M, takes less time than the factor of K_II alone and two solves of each
+  // constraint mode, or one and the product of all.
+  bool is_cheaper(Index n_I, double& more_flops) const {
+    const SupernodalFactor f = view();
+    const auto c = static_cast<double>(f.n - n_I);
+    double own = 0, with_last = 0, n_nonzeros = 0;
+    for (Index s = 0; s < f.n_super && f.first(s) < n_I; ++s) {
+      const Index *rows = f.rows + f.pi[s], *end = rows + f.height(s);
+      const auto columns = static_cast<double>(f.columns(s)), below = static_cast<double>(f.height(s)) - columns,
+                 inside = static_cast<double>(std::lower_bound(rows, end, n_I) - rows) - columns;
+      own += columns * (columns * columns / 3 + columns * inside + inside * inside);
+      with_last += columns * (columns * columns / 3 + columns * below + below * below) + condensing_flops(columns, below);
+      n_nonzeros += columns * (columns / 2 + inside);
+    }
+    more_flops = with_last - own;
+    const double solves = solve_penalty * visited * 4 * n_nonzeros * c;
+    return more_flops < solves + std::min(solves, static_cast<double>(n_I) * c * c);
+  }
+
   void check(const char* phase, const SparseMatrix& A) const {
     if (common.status >= CHOLMOD_OK) return;  // not positive definite is a warning to CHOLMOD, and a result to us
     const std::string size = std::to_string(A.rows()) + " dofs";
@@ -357,6 +399,21 @@ SparseCholesky SparseCholesky::leading() const {
     own.finish();
   }
   return made;
+}
+
+std::optional<SparseCholesky> SparseCholesky::condensing(const SparseMatrix& K, const SparseMatrix& M,
+                                                         const std::vector<Index>& last, Condensed& condensed, bool always,
+                                                         const Progress& progress) {
+  assert(K.isCompressed() && M.isCompressed());
+  if (last.empty() || static_cast<Index>(last.size()) == K.rows() || !has_both_triangles(K)) return {};
+  SparseCholesky whole{SparseMatrix(0, 0)};
+  Impl& impl = *whole.impl_;
+  if (!impl.cholmod->condense(K, M, last, condensed, always, progress)) return {};
+  impl.n = K.rows();
+  impl.diagonal = K.diagonal();
+  impl.last = last;
+  impl.factor = impl.cholmod->view();
+  return whole.leading();
 }
 
 SparseCholesky::~SparseCholesky() = default;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,12 @@
 #include "common/types.hpp"
 
 namespace cbr {
+
+// K and M of what is eliminated last, all else condensed statically   (c x c); flops beyond those of the factor.
+struct Condensed {
+  Matrix K, M;
+  double flops = 0;
+};
 
 // A = P^T L L^T P of a symmetric positive definite matrix: CHOLMOD (Chen, Davis, Hager, Rajamanickam 2008, doi
 // 10.1145/1391989.1391995), supernodal, nested dissection (METIS) or minimum degree, on the graph of nodes. The same matrix gives the same factor.
@@ -24,6 +31,13 @@ class SparseCholesky {
   // The factor of A without the rows `last`: the first columns of this one, of which it takes the memory, not a copy. It may be
   // fine where this one is not, as rows outside `last` come first.
   SparseCholesky leading() const;
+  // leading() of K, whose rows `last` are not factored. What it does to them comes with it: K and M (both n x n, both triangles
+  // stored) condensed to `last`, T^T K T and T^T M T with T = [-K_II^-1 K_IC; 1]   (c x c, symmetric; Guyan 1965, doi
+  // 10.2514/3.2874). None: solves of the constraint modes cost less (by flops, unless `always`), or there is no memory for the
+  // fronts, or K_II is not positive definite, or M has an entry where K has none.
+  static std::optional<SparseCholesky> condensing(const SparseMatrix& K, const SparseMatrix& M, const std::vector<Index>& last,
+                                                  Condensed& condensed, bool always = false,
+                                                  const Progress& progress = {});
   ~SparseCholesky();
   SparseCholesky(SparseCholesky&&) noexcept;
   SparseCholesky& operator=(SparseCholesky&&) noexcept;

@@ -5,19 +5,26 @@
 #include <lapacke.h>
 
 #include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "common/linalg/huge_pages.hpp"
 
 namespace cbr {
 namespace {
 
 int as_int(Index n) { return static_cast<int>(n); }
 
-// Columns that are factored before those after them, and sides of what one thread takes at a time.
-constexpr Index block = 128, tile = 256;
+// Columns that are factored before those after them.
+constexpr Index block = 128;
 
 class Factoriser final : public Fronts {
  public:
   Factoriser(const SupernodeTree& tree, const ShiftedMatrix& A, double* x, const Progress& progress)
-      : Fronts(tree, A, progress), x_(x) {}
+      : Fronts(tree, {A}, tree.factor().n, progress), n_pivots_(tree.factor().n), x_(x) {}
+  Factoriser(const SupernodeTree& tree, Index n_pivots, const SparseMatrix& K, const SparseMatrix& M, double* x,
+             std::vector<Matrix*> condensed, const Progress& progress)
+      : Fronts(tree, {{K}, {M}}, n_pivots, progress), n_pivots_(n_pivots), x_(x), condensed_(std::move(condensed)) {}
 
   Factored factor_all() {
     switch (run()) {
@@ -32,11 +39,43 @@ class Factoriser final : public Fronts {
   }
 
  private:
-  bool eliminate(const Front& front, Matrix& F, Matrix& rest, bool alone) override {
+  bool eliminate(const Front& front, std::vector<FrontMatrix>& of, bool alone) override {
+    if (front.is_kept) {
+      collect(front, of, alone);
+      return true;
+    }
+    Matrix& F = of.front().F;
     if (!(alone ? shared_columns(F) : own_columns(F))) return false;
-    if (front.below() > 0) subtract_square(F.bottomRows(front.below()), alone, rest);
+    if (front.below() > 0) subtract_square(F.bottomRows(front.below()), alone, of.front().rest);
     store(front, F, alone);
+    if (of.size() > 1 && front.below() > 0) condense_mass(front, F, alone, of.back());
     return true;
+  }
+
+  // What the columns of C have in the end.
+  void collect(const Front& front, const std::vector<FrontMatrix>& of, bool alone) {
+    for (std::size_t a = 0; a < of.size(); ++a) {
+      share_columns(front.columns, alone, [&](Index j) {
+        for (Index i = j; i < front.height; ++i)
+          (*condensed_[a])(front.rows[i] - n_pivots_, front.first + j - n_pivots_) = of[a].F(i, j);
+      });
+    }
+  }
+
+  // With F = [L_1; L_2] and the mass [E; G]: W = L_2 L_1^-1 is minus what the rows below move the pivots by, transposed. T^T M T
+  // takes W Y^T + Y W^T from the mass of these rows, Y = G - W E / 2   (below x columns). W takes the place of L_2.
+  static void condense_mass(const Front& front, Matrix& F, bool alone, FrontMatrix& mass) {
+    const Index columns = front.columns, below = front.below();
+    const int p = as_int(columns), height = as_int(front.height), m = as_int(below);
+    share_tasks(alone ? update_tiles(below) : 1, alone, [&](Index i) {
+      const Index row = columns + i * update_tile;
+      const int rows = alone ? as_int(std::min(update_tile, front.height - row)) : m;
+      cblas_dtrsm(CblasColMajor, CblasRight, CblasLower, CblasNoTrans, CblasNonUnit, rows, p, 1.0, F.data(), height, &F(row, 0),
+                  height);
+      cblas_dsymm(CblasColMajor, CblasRight, CblasLower, rows, p, -0.5, mass.F.data(), height, &F(row, 0), height, 1.0,
+                  &mass.F(row, 0), height);
+    });
+    subtract_pair(F.bottomRows(below), mass.F.bottomRows(below), alone, mass.rest);
   }
 
   // F_1 = L_1 L_1^T, L_2 = F_2 L_1^-T
@@ -54,15 +93,15 @@ class Factoriser final : public Fronts {
     for (Index j = 0; j < columns; j += block) {
       const Index size = std::min(block, columns - j), after = j + size;
       if (LAPACKE_dpotrf_work(LAPACK_COL_MAJOR, 'L', as_int(size), &F(j, j), stride) != 0) return false;
-      share_tasks(pieces(height - after), true, [&](Index i) {
-        const Index row = after + i * tile;
-        divide(F, j, size, row, std::min(tile, height - row));
+      share_tasks(update_tiles(height - after), true, [&](Index i) {
+        const Index row = after + i * update_tile;
+        divide(F, j, size, row, std::min(update_tile, height - row));
       });
-      const Index wide = pieces(columns - after), high = pieces(height - after);
+      const Index wide = update_tiles(columns - after), high = update_tiles(height - after);
       share_tasks(wide * high, true, [&](Index i) {
-        const Index column = after + i / high * tile, row = after + i % high * tile;
-        if (row + tile <= column) return;
-        const Index m = std::min(tile, height - row), n = std::min(tile, columns - column);
+        const Index column = after + i / high * update_tile, row = after + i % high * update_tile;
+        if (row + update_tile <= column) return;
+        const Index m = std::min(update_tile, height - row), n = std::min(update_tile, columns - column);
         cblas_dgemm(CblasColMajor, CblasNoTrans, CblasTrans, as_int(m), as_int(n), as_int(size), -1.0, &F(row, j), stride,
                     &F(column, j), stride, 1.0, &F(row, column), stride);
       });
@@ -77,30 +116,6 @@ class Factoriser final : public Fronts {
                 &F(column, column), as_int(F.rows()), &F(row, column), as_int(F.rows()));
   }
 
-  // A - L L^T on the lower triangle   (m x m)
-  static void subtract_square(const Eigen::Ref<const Matrix>& L, bool share, Matrix& A) {
-    const Index m = A.rows(), n = pieces(m);
-    const int stride = as_int(L.outerStride()), columns = as_int(L.cols());
-    if (!share) {
-      cblas_dsyrk(CblasColMajor, CblasLower, CblasNoTrans, as_int(m), columns, -1.0, L.data(), stride, 1.0, A.data(), as_int(m));
-      return;
-    }
-    share_tasks(n * n, true, [&](Index i) {
-      const Index column = i / n * tile, row = i % n * tile;
-      if (row < column) return;
-      const int height = as_int(std::min(tile, m - row)), width = as_int(std::min(tile, m - column));
-      if (row == column) {
-        cblas_dsyrk(CblasColMajor, CblasLower, CblasNoTrans, width, columns, -1.0, L.data() + row, stride, 1.0, &A(row, row),
-                    as_int(m));
-      } else {
-        cblas_dgemm(CblasColMajor, CblasNoTrans, CblasTrans, height, width, columns, -1.0, L.data() + row, stride,
-                    L.data() + column, stride, 1.0, &A(row, column), as_int(m));
-      }
-    });
-  }
-
-  static Index pieces(Index n) { return (n + tile - 1) / tile; }
-
   // A supernode's part is a rectangle that begins on the diagonal.
   void store(const Front& front, const Matrix& F, bool alone) {
     const SupernodalFactor& f = factor();
@@ -108,13 +123,17 @@ class Factoriser final : public Fronts {
     for (Index s = front.supernode; s < front.supernode + front.n_supernodes; ++s) {
       const Index top = column, height = f.height(s);
       share_columns(f.columns(s), alone, [&](Index j) {
-        std::copy_n(F.col(top + j).data() + top, height, x_ + f.px[s] + j * f.stride(s));
+        double* to = x_ + f.px[s] + j * f.stride(s);
+        std::fill_n(to, j, 0.0);
+        std::copy_n(F.col(top + j).data() + top + j, height - j, to + j);
       });
       column += f.columns(s);
     }
   }
 
+  Index n_pivots_;
   double* x_;
+  std::vector<Matrix*> condensed_;  // of K and M
 };
 
 }  // namespace
@@ -122,5 +141,14 @@ class Factoriser final : public Fronts {
 Factored factor_supernodes(const SupernodeTree& tree, const ShiftedMatrix& A, double* x, const Progress& progress) {
   return Factoriser(tree, A, x, progress).factor_all();
 }
+
+Factored factor_and_condense(const SupernodeTree& tree, Index n_I, const SparseMatrix& K, const SparseMatrix& M, double* x,
+                             Matrix& K_cc, Matrix& M_cc, const Progress& progress) {
+  const Index c = tree.factor().n - n_I;
+  K_cc = zeros_on_huge_pages(c, c), M_cc = zeros_on_huge_pages(c, c);
+  return Factoriser(tree, n_I, K, M, x, {&K_cc, &M_cc}, progress).factor_all();
+}
+
+double condensing_flops(double columns, double below) { return 3 * columns * columns * below + 2 * columns * below * below; }
 
 }  // namespace cbr

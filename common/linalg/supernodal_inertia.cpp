@@ -40,7 +40,8 @@ bool eliminate_block(Eigen::Ref<Matrix> A, const double* limit) {
 
 class Counter final : public Fronts {
  public:
-  Counter(const SupernodeTree& tree, const ShiftedMatrix& A, double vanishing) : Fronts(tree, A) {
+  Counter(const SupernodeTree& tree, const ShiftedMatrix& A, double vanishing)
+      : Fronts(tree, {A}, tree.factor().n) {
     const SupernodalFactor& f = factor();
     limit_.assign(static_cast<std::size_t>(f.n), 0.0);
     double scale = 0;
@@ -61,9 +62,10 @@ class Counter final : public Fronts {
   }
 
  private:
-  bool eliminate(const Front& front, Matrix& F, Matrix& rest, bool alone) override {
+  bool eliminate(const Front& front, std::vector<FrontMatrix>& of, bool alone) override {
+    Matrix& F = of.front().F;
     if (!eliminate_columns(front.first, F)) return false;
-    if (front.below() > 0) subtract_lower(F.bottomRows(front.below()), F.diagonal(), alone, rest);
+    if (front.below() > 0) subtract_lower(F.bottomRows(front.below()), F.diagonal(), alone, of.front().rest);
     return true;
   }
 

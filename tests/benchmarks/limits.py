@@ -79,6 +79,7 @@ def reduction(rates, counts):
     n = c + k
     return {
         "factorisation": counts["factor_flops"] / rates.flops(),
+        "factorisation and condensation": (counts["factor_flops"] + counts["front_flops"]) / rates.flops(),
         "condensation": (counts["solve_flops"] + counts["product_flops"]) / rates.flops(),
         # Two triangular solves with a vector for each mode sought, at the least, in blocks; L is read twice
         "fixed-interface modes": rates.seconds(flops=4 * counts["factor_nonzeros"] * max(counts["mode_candidates"], k), data=16 * counts["factor_nonzeros"]),

@@ -11,7 +11,8 @@ COLUMNS = ["row", "phase", "seconds", "flops", "flop_rate", "limit_s", "share_of
 AGAIN = ["row", "first_s", "again_s", "ratio", "target", "reached", "note"]
 
 # What the program calls the phases, and which of its counts are their flops; the diagonal form's are of limits.reduction
-FLOPS = {"factorisation": ("factor_flops",), "condensation": ("solve_flops", "product_flops")}
+FLOPS = {"factorisation": ("factor_flops",), "condensation": ("solve_flops", "product_flops"),
+         "factorisation and condensation": ("factor_flops", "front_flops")}
 
 
 def cases(folder, settings):

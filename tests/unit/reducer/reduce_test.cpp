@@ -94,7 +94,8 @@ TEST_P(BothMasses, RigidMotionsAreFreeOfForceAndCarryTheMass) {
 TEST_P(BothMasses, WaysOfCondensationAgree) {
   const Mesh mesh = skewed();
   ReductionOptions options = with_modes({"x_max", "z_max"}, 12);
-  ReduceSettings product, solve, memory;
+  ReduceSettings product, solve, memory, fronts;
+  fronts.way = CondensationWay::fronts;
   product.way = CondensationWay::product;
   solve.way = CondensationWay::second_solve;
   solve.panel = 17;
@@ -104,12 +105,15 @@ TEST_P(BothMasses, WaysOfCondensationAgree) {
   const Superelement c = reduced(mesh, options, GetParam(), memory, &figures);
   EXPECT_EQ(figures.way, CondensationWay::second_solve);
   EXPECT_EQ(figures.panel, 1);
-  for (const Superelement* other : {&b, &c}) {
+  const Superelement d = reduced(mesh, options, GetParam(), fronts, &figures);
+  EXPECT_EQ(figures.way, CondensationWay::fronts);
+  EXPECT_GT(figures.front_flops, 0);
+  for (const Superelement* other : {&b, &c, &d}) {
     EXPECT_LT(relative(other->K_cc, a.K_cc), 1e-14);
     EXPECT_LT(relative(other->M_cc, a.M_cc), 1e-13);
     EXPECT_LT(relative(other->M_kc, a.M_kc), 1e-13);
   }
-  for (const Superelement* s : {&a, &b}) {
+  for (const Superelement* s : {&a, &b, &d}) {
     EXPECT_EQ(s->K_cc, Matrix(s->K_cc.transpose()));
     EXPECT_EQ(s->M_cc, Matrix(s->M_cc.transpose()));
   }

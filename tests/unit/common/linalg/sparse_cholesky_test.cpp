@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "common/linalg/dense.hpp"
 #include "common/program.hpp"
 #include "tests/unit/common/linalg/grid_matrices.hpp"
 
@@ -268,6 +269,67 @@ TEST(SparseCholesky, FrontsKeepTheLastRowsLast) {
   const SparseMatrix inside = A.bottomRightCorner(n, n);
   const Matrix b = B.bottomRows(n);
   EXPECT_LT(residual(inside, leading.solve(b), b), 1e-13);
+}
+
+// K and M of a face and a node far from it, condensed front by front, beside dense matrices; and the factor of the rest.
+TEST(SparseCholesky, CondensesToTheLastRows) {
+  const Index N = 9;
+  for (const bool consistent : {false, true}) {
+    const SparseMatrix K = grid_stiffness(N, true), all = grid_mass(N), M = consistent ? all : diagonal_matrix(Matrix(all).diagonal());
+    std::vector<Index> last, first;
+    for (Index i = 0; i < K.rows(); ++i) (i < N * N || i == 600 ? last : first).push_back(i);
+    Condensed condensed;
+    const auto factor = SparseCholesky::condensing(K, M, last, condensed, true);
+    ASSERT_TRUE(factor && factor->ok());
+    Matrix T = Matrix::Zero(K.rows(), static_cast<Index>(last.size()));
+    T(last, Eigen::all).setIdentity();
+    const Matrix dense = K, K_IC = dense(first, last);
+    T(first, Eigen::all) = -Cholesky(Matrix(dense(first, first))).solve(K_IC);
+    const Matrix K_cc = T.transpose() * (K * T), M_cc = T.transpose() * (M * T);
+    EXPECT_LT((condensed.K - K_cc).norm(), 1e-14 * K_cc.norm());
+    EXPECT_LT((condensed.M - M_cc).norm(), 1e-14 * M_cc.norm());
+    EXPECT_EQ(condensed.M, Matrix(condensed.M.transpose()));
+    EXPECT_GT(condensed.flops, 0);
+    const Matrix B = random_like(factor->n_rows(), 11, 0.3);
+    EXPECT_LT(residual(without(K, last), factor->solve(B), B), 1e-13);
+  }
+}
+
+TEST(SparseCholesky, CondensesTheSameOnAnyNumberOfThreads) {
+  const Index N = 26;
+  const SparseMatrix K = grid_stiffness(N, true), M = grid_mass(N);
+  std::vector<Index> last;
+  for (Index i = 0; i < N * N; ++i) last.push_back(i);
+  Condensed one, three;
+  set_threads(1);
+  ASSERT_TRUE(SparseCholesky::condensing(K, M, last, one));
+  set_threads(3);
+  ASSERT_TRUE(SparseCholesky::condensing(K, M, last, three));
+  set_threads(0);
+  EXPECT_EQ(one.K, three.K);
+  EXPECT_EQ(one.M, three.M);
+  // T^T K T and T^T M T of one motion, by a factor of its own
+  const SparseCholesky factor(without(K, last));
+  Vector x = Vector::Zero(K.rows());
+  x.head(N * N).setRandom();
+  x.tail(K.rows() - N * N) = factor.solve(Matrix(-(K * x).tail(K.rows() - N * N)));
+  EXPECT_NEAR(x.head(N * N).dot(one.K * x.head(N * N)), x.dot(K * x), 1e-13 * x.dot(K * x));
+  EXPECT_NEAR(x.head(N * N).dot(one.M * x.head(N * N)), x.dot(M * x), 1e-13 * x.dot(M * x));
+}
+
+TEST(SparseCholesky, CondensesNotWhereItCannot) {
+  const Index N = 9;
+  SparseMatrix K = grid_stiffness(N, true);
+  Condensed condensed;
+  const SparseMatrix M = grid_mass(N);
+  EXPECT_FALSE(SparseCholesky::condensing(K, M, {3}, condensed)) << "too small to be worth it";
+  EXPECT_FALSE(SparseCholesky::condensing(K, M, {}, condensed, true));
+  SparseMatrix foreign = M;
+  foreign.coeffRef(700, 0) = foreign.coeffRef(0, 700) = 0.01;
+  foreign.makeCompressed();
+  EXPECT_FALSE(SparseCholesky::condensing(K, foreign, {3}, condensed, true));
+  K.coeffRef(100, 100) = -1;
+  EXPECT_FALSE(SparseCholesky::condensing(K, M, {3}, condensed, true));
 }
 
 TEST(SparseCholesky, TinyMatrices) {
