@@ -7,16 +7,11 @@
 
 #include "common/linalg/sparse_cholesky.hpp"
 #include "common/scene.hpp"
+#include "common/static_forces.hpp"
 #include "common/superelement.hpp"
 #include "reducer/rigid_motions.hpp"
 
 namespace cbr {
-
-// A surface that may touch, and whether forces along it count as well as normal ones.
-struct TouchingSurface {
-  const Surface* surface = nullptr;
-  bool all_directions = false;
-};
 
 // Those that `statics` names, or else those of options.needs that the interface keeps. InputError: statics names another.
 std::vector<TouchingSurface> touching_surfaces(const CharacteristicOptions& options, const Superelement& s);
@@ -32,14 +27,6 @@ StaticShare static_forces(const CharacteristicOptions& options, const Supereleme
 Matrix forces_on_dofs(const StaticShare& forces, const Superelement& s);
 // B^T V for V (c x n)   (s x n)
 Matrix along_forces(const StaticShare& forces, const Superelement& s, const Matrix& V);
-
-// Area vectors of a surface's nodes, outward: of each the shares of its faces' area vectors, by their corners.
-struct NodeAreas {
-  std::vector<Index> node;  // m, of the superelement
-  Points vector;            // m x 3
-  Vector area;              // m, the sum of the shares' lengths
-};
-NodeAreas node_areas(const Superelement& s, const Surface& surface);
 
 // Strain of the held interior under its own inertia in rigid motions of the interface, twice its energy: of R_C (c x r)
 // Q = P_I^T K_II^-1 P_I, P = M R. Parts without an interior have no columns.

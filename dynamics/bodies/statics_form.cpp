@@ -16,22 +16,6 @@ namespace {
 constexpr std::size_t most_known = 6;  // of a few sets: step, last step, and one that an output cuts
 constexpr double least_share = 1e-12;  // of a row's compliance, that is left when others are held; less is round-off
 
-// Rows by node, whatever their order was; `node` < n.
-StaticRows static_rows(const std::vector<Index>& node, const Points& direction, const Matrix& F, Index n) {
-  std::vector<Index> order(node.size());
-  std::iota(order.begin(), order.end(), Index{0});
-  std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return node[a] < node[b]; });
-  StaticRows rows;
-  rows.first.assign(static_cast<std::size_t>(n) + 1, 0);
-  rows.direction = direction(order, Eigen::all);
-  for (const Index i : order) rows.node.push_back(node[i]);
-  for (const Index at : node) ++rows.first[at + 1];
-  std::partial_sum(rows.first.begin(), rows.first.end(), rows.first.begin());
-  const bool sorted = std::is_sorted(order.begin(), order.end());
-  rows.F = std::make_shared<const Matrix>(sorted ? F : Matrix(F(order, order)));
-  return rows;
-}
-
 StaticRows rows_of_massless(const Superelement& s, const Matrix& F) {
   Points direction = Points::Zero(s.c(), 3);
   for (Index i = 0; i < s.c(); ++i) direction(i, s.dof_component[i]) = 1;
@@ -120,6 +104,21 @@ std::shared_ptr<const StaticsForm> held_massless(const Superelement& s, const St
 }
 
 }  // namespace
+
+StaticRows static_rows(const std::vector<Index>& node, const Points& direction, const Matrix& F, Index n) {
+  std::vector<Index> order(node.size());
+  std::iota(order.begin(), order.end(), Index{0});
+  std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return node[a] < node[b]; });
+  StaticRows rows;
+  rows.first.assign(static_cast<std::size_t>(n) + 1, 0);
+  rows.direction = direction(order, Eigen::all);
+  for (const Index i : order) rows.node.push_back(node[i]);
+  for (const Index at : node) ++rows.first[at + 1];
+  std::partial_sum(rows.first.begin(), rows.first.end(), rows.first.begin());
+  const bool sorted = std::is_sorted(order.begin(), order.end());
+  rows.F = std::make_shared<const Matrix>(sorted ? F : Matrix(F(order, order)));
+  return rows;
+}
 
 std::shared_ptr<const StaticsForm::OfNodes> StaticsForm::of_nodes(const NodeRows& modal_rows) const {
   for (const auto& known : sets_)

@@ -49,6 +49,9 @@ struct StaticsForm {
   mutable std::vector<Known> known_;
 };
 
+// Rows in the order of their nodes (< n), whatever the order of `node`.
+StaticRows static_rows(const std::vector<Index>& node, const Points& direction, const Matrix& F, Index n);
+
 // Of basis massless, or characteristic with statics. InputError when the rigid modes do not agree with /rigid_body, named by
 // `where`.
 std::shared_ptr<const StaticsForm> free_statics_form(const Superelement& superelement, const std::string& where);

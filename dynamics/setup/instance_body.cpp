@@ -2,15 +2,18 @@
 #include "dynamics/setup/instance_body.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <utility>
 
+#include "common/static_forces.hpp"
 #include "dynamics/bodies/characteristic_form.hpp"
 #include "dynamics/bodies/coupled_body.hpp"
 #include "dynamics/bodies/driven_body.hpp"
 #include "dynamics/bodies/scaled_body.hpp"
 #include "dynamics/bodies/statics_body.hpp"
 #include "dynamics/bodies/superelement_body.hpp"
+#include "dynamics/bodies/truncated_form.hpp"
 #include "dynamics/bodies/turning_body.hpp"
 #include "dynamics/setup/skin_shells.hpp"
 #include "dynamics/setup/support_motion.hpp"
@@ -122,6 +125,22 @@ InstanceBody BodyMaker::make_with_statics(const Instance& instance, const Reduce
           component.rigid_body.mass};
 }
 
+std::shared_ptr<const StaticsForm> BodyMaker::truncated(const Instance& instance, const ReducedComponent& component,
+                                                        const DiagonalForm& form) {
+  const TimeOptions& time = *scene_.time;
+  const bool is_free = !index_.is_held(instance) && !index_.has_loads(instance);
+  if (time.step || time.cfl || !is_free || scheme_of(time) != Scheme::exact) return nullptr;
+  if (!index_.may_touch(instance) || !index_.has_only_impulses(instance)) return nullptr;
+  const auto [at, is_new] = truncated_.try_emplace(&form);
+  if (!is_new) return at->second;
+  const Superelement& s = *component.superelement;
+  const double highest = dynamic_limit(s.eigenvalues);
+  if (!may_truncate(highest, form)) return nullptr;
+  const StaticShare forces = static_forces(touching_surfaces(interface_needs(scene_, component_of(scene_, instance)), s), {}, s);
+  if (is_large_face(forces)) at->second = truncated_form(highest, form, forces, s);
+  return at->second;
+}
+
 InstanceBody BodyMaker::make_modal(const Instance& instance, const ReducedComponent& component) {
   if (scales_from_matrices(index_, instance, component, component.form != nullptr))
     return make_scaled_from_matrices(instance, component);
@@ -131,6 +150,9 @@ InstanceBody BodyMaker::make_modal(const Instance& instance, const ReducedCompon
     if (!model) model = scaled_model(component.superelement, form);
     return {std::make_unique<ScaledBody>(instance.name, model, placement_of(index_, instance)), component.rigid_body.mass};
   }
+  if (const std::shared_ptr<const StaticsForm> part = truncated(instance, component, *form))
+    return {std::make_unique<StaticsBody>(instance.name, component.superelement, part, placement_of(index_, instance), Scheme::exact),
+            component.rigid_body.mass};
   return {std::make_unique<SuperelementBody>(instance.name, component.superelement, form, placement_of(index_, instance),
                                              scheme_of(*scene_.time), NewmarkOptions{scene_.time->alpha}),
           component.rigid_body.mass};

@@ -51,6 +51,9 @@ class BodyMaker {
   std::shared_ptr<const DiagonalForm> held_form(const Instance& instance, const ReducedComponent& component);
   InstanceBody make_with_statics(const Instance& instance, const ReducedComponent& component);
   InstanceBody make_modal(const Instance& instance, const ReducedComponent& component);
+  // With step: auto, of a free superelement with a large face that touches: its highest modes answer at once. Else nothing.
+  std::shared_ptr<const StaticsForm> truncated(const Instance& instance, const ReducedComponent& component,
+                                               const DiagonalForm& form);
   InstanceBody make_modal_with_shells(const Instance& instance, const ReducedComponent& component);
 
   const SceneIndex& index_;
@@ -60,6 +63,7 @@ class BodyMaker {
       held_forms_;
   std::map<const Superelement*, std::vector<std::pair<std::vector<HeldDirection>, std::shared_ptr<const StaticsForm>>>>
       held_statics_;
+  std::map<const DiagonalForm*, std::shared_ptr<const StaticsForm>> truncated_;
   std::map<const void*, std::shared_ptr<ScaledModel>> scaled_;  // by what they were made from: a form or a superelement
   std::map<std::string, Shelled> shelled_;                      // by component, kind and skinned surfaces
 };

@@ -25,18 +25,21 @@ class SceneIndex {
   // Whether a contact names the instance, and one that needs nodal masses.
   bool may_touch(const Instance& instance) const { return all_touch_ || of(instance).touches; }
   bool is_nodal(const Instance& instance) const { return all_nodal_ || of(instance).nodal; }
+  // Whether contact meets it by `enforcement: impulse` alone, without ties.
+  bool has_only_impulses(const Instance& instance) const { return !all_other_ && !of(instance).other; }
+  bool has_loads(const Instance& instance) const { return of(instance).loaded; }  // but gravity
 
  private:
   struct Of {
     std::vector<const BoundaryCondition*> boundary;
-    bool touches = false, nodal = false;
+    bool touches = false, nodal = false, other = false, loaded = false;
   };
   const Of& of(const Instance& instance) const { return of_[static_cast<std::size_t>(place(instance.name))]; }
 
   const Scene& scene_;
   std::unordered_map<std::string, Index> places_;
   std::vector<Of> of_;  // per instance
-  bool all_touch_ = false, all_nodal_ = false;
+  bool all_touch_ = false, all_nodal_ = false, all_other_ = false;
 };
 
 }  // namespace cbr
