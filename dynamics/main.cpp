@@ -6,6 +6,7 @@
 
 #include "common/flush_denormals.hpp"
 #include "common/linalg/blas_kernels.hpp"
+#include "common/linalg/huge_pages.hpp"
 #include "common/program.hpp"
 #include "dynamics/output/checkpoint.hpp"
 #include "dynamics/program.hpp"
@@ -15,6 +16,7 @@ int main(int argc, char** argv) {
   // Matrices of a step come and go: giving their pages back each time costs more than the step, above all with threads
   mallopt(M_MMAP_THRESHOLD, 1 << 28);
   mallopt(M_TRIM_THRESHOLD, 1 << 30);
+  cbr::heap_on_huge_pages();
   const cbr::FlushDenormals flush;  // before there are threads
   CLI::App app("Simulates a scene of superelements and meshes with contact, and writes results.", "cbr-dyn");
   app.footer(
