@@ -10,6 +10,15 @@
 #include "common/left_out_blocks.hpp"
 
 namespace cbr {
+
+Index preload_steps(const Scene& scene) {
+  constexpr Index usual = 5;
+  if (!scene.time) return 0;
+  if (scene.time->preload) return *scene.time->preload;
+  const auto needs = [](const ContactOptions& c) { return c.pretension_force || c.shortening || c.resolves_overlap; };
+  return std::any_of(scene.contact.begin(), scene.contact.end(), needs) ? usual : 0;
+}
+
 namespace {
 
 // Cosine and sine of an angle in degrees, exact at multiples of 90: an instance turned by a right angle lies on the axes.
@@ -73,6 +82,16 @@ const Component& component_of(const Scene& scene, const Instance& instance) {
   throw InputError(instance.source.text() + ": instances." + instance.name + ": unknown component '" + instance.component + "'");
 }
 
+const Component::Point* point_of(const Scene& scene, const std::string& instance, const std::string& name) {
+  for (const Instance& of : scene.instances) {
+    if (of.name != instance) continue;
+    const auto& points = component_of(scene, of).points;
+    const auto found = points.find(name);
+    return found == points.end() ? nullptr : &found->second;
+  }
+  return nullptr;
+}
+
 std::vector<std::string> load_sets(const Scene& scene, const Component& component) {
   std::set<std::string> names;
   if (component.reduction) names.insert(component.reduction->loads.begin(), component.reduction->loads.end());
@@ -80,7 +99,7 @@ std::vector<std::string> load_sets(const Scene& scene, const Component& componen
   for (const Instance& instance : scene.instances)
     if (instance.as == InstanceKind::superelement && instance.component == component.name) reduced.insert(instance.name);
   for (const Load& load : scene.loads)
-    if (load.kind != Load::Kind::gravity && reduced.count(load.instance) > 0) names.insert(load.surface);
+    if (load.kind != Load::Kind::gravity && !load.on_point && reduced.count(load.instance) > 0) names.insert(load.surface);
   return {names.begin(), names.end()};
 }
 
@@ -117,6 +136,8 @@ InterfaceNeeds interface_needs(const Scene& scene, const Component& component) {
   }
   for (const BoundaryCondition& condition : scene.boundary)
     if (reduced.count(condition.instance) > 0) held.insert(condition.nodes);
+  if (!reduced.empty())
+    for (const auto& [name, point] : component.points) held.insert(point.nodes);
   needs.held.assign(held.begin(), held.end());
   return needs;
 }

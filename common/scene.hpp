@@ -91,6 +91,13 @@ struct Component {
   // False: key `superelement`, a file that is used as it is. There is no mesh, material or element then, and of `reduction`
   // only the file's name; cbr-dyn takes the rest from the file.
   bool has_mesh = true;
+  // Reference points that move as the nodes of a sideset or nodeset do in the mean.
+  struct Point {
+    std::string nodes;          // the set
+    std::optional<Vector3> at;  // component axes; not given: the set's centre
+    SourceLine source;
+  };
+  std::map<std::string, Point> points;
   SourceLine source;
 };
 
@@ -166,8 +173,9 @@ struct BoundaryCondition {
 };
 
 struct Load {
-  enum class Kind { traction, force, gravity, pressure } kind = Kind::traction;
+  enum class Kind { traction, force, gravity, pressure, moment } kind = Kind::traction;
   std::string instance, surface;    // empty for gravity
+  bool on_point = false;            // `surface` is a point of the component: force and moment
   Vector3 value = Vector3::Zero();  // scene axes; of a pressure, which pushes into the faces, the first alone
   History history;
   SourceLine source;
@@ -191,8 +199,19 @@ struct ContactOptions {
   double friction = 0;           // Coulomb's coefficient
   double damping = 0;            // penalty: share of the critical damping of the contact spring and the mass that it feels
   bool tied = false;             // joined at the start, for good
+  // Joined, and pulled together along the normal by statics, then locked: by a force, or by a length. At most one; tied then.
+  std::optional<double> pretension_force, shortening;
+  bool resolves_overlap = false;  // key `overlap: resolve`: statics press surfaces apart that overlap at the start
   std::optional<double> adjust;  // length: gaps and overlaps up to this at the start count as closed. Not given: overlaps are kept
                                  // as they are; tied takes in what is within 5 % of a face
+  SourceLine source;
+};
+
+// Two points of instances, or a point and the ground, whose relative motion is held: all of it, or some of six motions.
+struct LinkOptions {
+  SurfaceName first, second;       // a wall's name in `second` is the ground
+  std::array<bool, 6> fix{true, true, true, true, true, true};  // x, y, z, and rotations about them
+  Matrix3 axes = Matrix3::Identity();                           // rows: x, y, z of `fix`, scene axes
   SourceLine source;
 };
 
@@ -201,6 +220,8 @@ enum class Rotations { small, large };
 
 struct TimeOptions {
   double end = 0;
+  bool is_static = false;        // key `static`: equilibrium in load steps, `end` and `step` are of the loads' time
+  std::optional<Index> preload;  // load steps of statics before the time 0; not given: preload_steps()
   std::optional<double> step;  // seconds; neither step nor cfl: auto
   std::optional<double> cfl;   // of the critical step of central differences; above 1 with newmark and mass_scaling only
   double alpha = 0;            // newmark: HHT's, in [-1/3, 0]
@@ -244,6 +265,7 @@ struct Scene {
   std::vector<Load> loads;
   std::vector<WallOptions> walls;  // in the file's order
   std::vector<ContactOptions> contact;
+  std::vector<LinkOptions> links;
   std::optional<TimeOptions> time;
   OutputOptions output;
 };
@@ -252,6 +274,9 @@ struct Scene {
 // InputError for everything that can be known without opening another file.
 Scene read_scene(const std::string& file_or_dash);
 
+// Load steps of statics before the time 0: as given, else some where the scene has a pretension or an overlap to resolve, else none.
+Index preload_steps(const Scene& scene);
+
 // InputError for an enforcement that the scene's integrator cannot do: asked before anything is reduced for a run that cannot be.
 void check_contact_with_time(const Scene& scene);
 
@@ -259,6 +284,8 @@ void check_contact_with_time(const Scene& scene);
 void write_scene(const Scene& scene, std::ostream& out);
 
 const Component& component_of(const Scene& scene, const Instance& instance);
+// A reference point of the instance's component; nullptr: there is none of this name.
+const Component::Point* point_of(const Scene& scene, const std::string& instance, const std::string& name);
 // One per mesh block. InputError: a block named in the scene that the mesh does not have; a block without a material.
 std::vector<BlockProperties> block_properties(const Scene& scene, const Component& component, const Mesh& mesh);
 

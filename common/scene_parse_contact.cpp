@@ -120,8 +120,26 @@ void check_wall(const SceneMap& map, const ContactOptions& contact) {
   }
 }
 
+// What only statics do: a pretension, and overlaps that are pressed apart.
+void parse_statics(const SceneMap& map, ContactOptions& contact) {
+  if (const auto* pretension = map.find("pretension")) {
+    if (contact.all || contact.second.is_wall()) pretension->fail("pulls two surfaces together: name both in 'between'");
+    if (const auto* tied = map.find("tied"); tied != nullptr && !contact.tied)
+      tied->fail("surfaces with a pretension are tied: remove 'tied', or 'pretension'");
+    const SceneMap of = pretension->map({"force", "shortening"});
+    const std::string kind = of.exactly_one({"force", "shortening"});
+    (kind == "force" ? contact.pretension_force : contact.shortening) = of.at(kind).number();
+    contact.tied = true;
+  }
+  const auto* overlap = map.find("overlap");
+  if (overlap == nullptr) return;
+  contact.resolves_overlap = overlap->one_of<bool>({{"keep", false}, {"resolve", true}});
+  if (contact.resolves_overlap && contact.tied) overlap->fail("tied surfaces keep their distance, remove 'tied' or 'overlap'");
+}
+
 ContactOptions parse_one_contact(const SceneNode& node, const Scene& scene, const SceneNames& names) {
-  const SceneMap map = node.map({"between", "formulation", "enforcement", "friction", "damping", "tied", "adjust"});
+  const SceneMap map = node.map(
+      {"between", "formulation", "enforcement", "friction", "damping", "tied", "adjust", "pretension", "overlap"});
   ContactOptions contact;
   contact.source = node.source();
   parse_between(map.at("between"), scene, names, contact);
@@ -131,6 +149,7 @@ ContactOptions parse_one_contact(const SceneNode& node, const Scene& scene, cons
   if (const auto* damping = map.find("damping")) contact.damping = damping->not_negative();
   if (const auto* tied = map.find("tied")) contact.tied = tied->boolean();
   if (const auto* adjust = map.find("adjust")) contact.adjust = adjust->not_negative();
+  parse_statics(map, contact);
   check_tied(map, contact);
   check_enforcement(map, contact);
   check_wall(map, contact);

@@ -205,7 +205,7 @@ void parse_superelement_alone(const SceneMap& map, const std::filesystem::path& 
 }
 
 Component parse_component(const SceneNode& node, const std::string& name, const std::filesystem::path& folder, const Scene& scene) {
-  const SceneMap map = node.map({"mesh", "material", "blocks", "element", "mass", "reduction", "superelement"});
+  const SceneMap map = node.map({"mesh", "material", "blocks", "element", "mass", "reduction", "superelement", "points"});
   require_plain_name(node, "a component", name);
   Component component;
   component.name = name;
@@ -231,6 +231,7 @@ Component parse_component(const SceneNode& node, const std::string& name, const 
   if (const auto* mass = map.find("mass")) {
     component.mass = mass->one_of(mass_words);
   }
+  if (const auto* points = map.find("points")) parse_points(*points, component);
   if (const auto* reduction = map.find("reduction")) component.reduction = parse_reduction(*reduction, folder, name);
   return component;
 }

@@ -22,17 +22,34 @@ std::array<bool, 3> parse_axes(const SceneNode& node) {
   return axes;
 }
 
+// A set, or a point, which takes forces and moments.
+void parse_place(const SceneMap& map, const std::string& kind, const Scene& scene, Load& load) {
+  const SceneNode* point = map.find("point");
+  load.on_point = point != nullptr;
+  if (!load.on_point && kind == "moment") map.at(kind).fail("a moment acts on a point: give 'point', see components.NAME.points");
+  if (!load.on_point) {
+    load.surface = map.at("surface").text();
+    return;
+  }
+  if (const auto* surface = map.find("surface")) surface->fail("stands beside 'point', expected one of the two");
+  if (kind != "force" && kind != "moment") point->fail("takes a force or a moment, found " + kind);
+  load.surface = point->text();
+  if (point_of(scene, load.instance, load.surface) == nullptr)
+    point->fail("instance '" + load.instance + "' has no point '" + load.surface + "': give it under components.NAME.points");
+}
+
 Load parse_load(const SceneNode& node, const std::filesystem::path& folder, const Scene& scene, const SceneNames& names) {
-  const SceneMap map = node.map({"instance", "surface", "traction", "force", "pressure", "gravity", "history"});
+  const SceneMap map = node.map(
+      {"instance", "surface", "point", "traction", "force", "pressure", "gravity", "moment", "history"});
   Load load;
   load.source = node.source();
-  const std::string kind = map.exactly_one({"traction", "force", "pressure", "gravity"});
+  const std::string kind = map.exactly_one({"traction", "force", "pressure", "gravity", "moment"});
   if (kind == "pressure") {
     load.kind = Load::Kind::pressure;
     load.value = Vector3(map.at(kind).number(), 0, 0);
   } else {
     load.value = map.at(kind).vector3();
-    load.kind = kind == "traction" ? Load::Kind::traction : kind == "force" ? Load::Kind::force : Load::Kind::gravity;
+    load.kind = kind == "moment" ? Load::Kind::moment : kind == "traction" ? Load::Kind::traction : kind == "force" ? Load::Kind::force : Load::Kind::gravity;
   }
   if (load.kind == Load::Kind::gravity) {
     for (const char* key : {"instance", "surface"}) {
@@ -40,7 +57,7 @@ Load parse_load(const SceneNode& node, const std::filesystem::path& folder, cons
     }
   } else {
     load.instance = parse_instance_name(map.at("instance"), scene, names);
-    load.surface = map.at("surface").text();
+    parse_place(map, kind, scene, load);
   }
   if (const auto* history = map.find("history")) load.history = parse_history(*history, folder, scene);
   return load;
@@ -60,6 +77,16 @@ void parse_step(const SceneNode& node, TimeOptions& time) {
       node.fail("found '" + text + "', expected auto, seconds, or {cfl: NUMBER}");
     time.step = node.positive();
   }
+}
+
+constexpr Index most_preload = 10000;
+
+// What has no meaning without motion.
+void refuse_with_statics(const SceneMap& map, const TimeOptions& time) {
+  for (const char* key : {"integrator", "alpha", "mass_scaling", "force", "rotations"})
+    if (const auto* value = map.find(key))
+      value->fail(std::string("static: true computes equilibrium and has no '") + key + "': remove one of the two");
+  if (time.cfl) map.at("step").fail("static: true has no critical step: give the length of a load step, or auto");
 }
 
 // Points so near each other that a velocity or displacement jumps between them, as a share of the table's length; and changes of
@@ -173,7 +200,8 @@ void parse_loads(const SceneNode& node, const std::filesystem::path& folder, con
 }
 
 void parse_time(const SceneNode& node, Scene& scene) {
-  const SceneMap map = node.map({"end", "step", "integrator", "alpha", "mass_scaling", "force", "rotations"});
+  const SceneMap map =
+      node.map({"end", "step", "static", "preload", "integrator", "alpha", "mass_scaling", "force", "rotations"});
   TimeOptions time;
   time.source = node.source();
   time.end = map.at("end").positive();
@@ -191,6 +219,14 @@ void parse_time(const SceneNode& node, Scene& scene) {
     time.alpha = alpha->number();
     if (time.integrator != Integrator::newmark) alpha->fail("requires integrator: newmark");
     if (!(time.alpha >= -1.0 / 3 && time.alpha <= 0)) alpha->fail("found " + alpha->text() + ", expected a number from -1/3 to 0");
+  }
+  if (const auto* still = map.find("static")) time.is_static = still->boolean();
+  if (time.is_static) refuse_with_statics(map, time);
+  if (const auto* preload = map.find("preload")) {
+    time.preload = preload->index(0);
+    if (*time.preload > most_preload) preload->fail("found " + preload->text() + ", expected at most 10000 load steps");
+    if (*time.preload > 0 && (time.mass_scaling || time.rotations == Rotations::large))
+      preload->fail("does not go with mass_scaling: true or rotations: large: leave one of the two out");
   }
   scene.time = time;
 }

@@ -68,6 +68,7 @@ void parse_sections(const SceneMap& map, const fs::path& folder, Scene& scene) {
   if (const auto* node = map.find("loads")) parse_loads(*node, folder, names, scene);
   if (const auto* node = map.find("walls")) parse_walls(*node, scene, names);
   if (const auto* node = map.find("contact")) parse_contact(*node, names, scene);
+  if (const auto* node = map.find("links")) parse_links(*node, names, scene);
   if (const auto* node = map.find("output")) parse_output(*node, folder, names, scene);
 }
 
@@ -88,7 +89,7 @@ Scene read_scene(const std::string& file_or_dash) {
   Scene scene;
   scene.file = file_or_dash;
   parse_sections(
-      root.map({"materials", "components", "instances", "skin", "boundary", "loads", "walls", "contact", "time", "output"}), folder,
+      root.map({"materials", "components", "instances", "skin", "boundary", "loads", "walls", "contact", "links", "time", "output"}), folder,
       scene);
   return scene;
 }

@@ -21,7 +21,11 @@ std::vector<SetUse> set_uses(const Scene& scene, const Component& component, Ins
     add("contact", contact.first, true);
     add("contact", contact.second, true);
   }
-  for (const SurfaceName& name : scene.output.history) add("output.history", name, false);
+  for (const SurfaceName& name : scene.output.history)
+    if (point_of(scene, name.instance, name.surface) == nullptr) add("output.history", name, false);
+  if (!instances.empty())
+    for (const auto& [name, point] : component.points)
+      uses.push_back({"points", *instances.begin(), point.nodes, point.source, false});
   return uses;
 }
 

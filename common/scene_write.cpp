@@ -105,6 +105,13 @@ void write_component(const Component& component, std::ostream& out) {
   }
   out << "    element: " << word_of(hex8_words, component.element) << "\n";
   out << "    mass: " << word_of(mass_words, component.mass) << "\n";
+  if (!component.points.empty()) out << "    points:\n";
+  for (const auto& [name, point] : component.points) {
+    FlowMap map;
+    map.add("surface", word(point.nodes));
+    if (point.at) map.add("at", vector(*point.at));
+    out << "      " << word(name) << ": " << map.text() << "\n";
+  }
   if (!component.reduction) return;
   const ReductionOptions& reduction = *component.reduction;
   out << "    reduction:\n";
@@ -167,11 +174,13 @@ std::string boundary_text(const BoundaryCondition& condition) {
 std::string load_text(const Load& load) {
   FlowMap map;
   const bool is_gravity = load.kind == Load::Kind::gravity;
-  if (!is_gravity) map.add("instance", word(load.instance)).add("surface", word(load.surface));
+  if (!is_gravity) map.add("instance", word(load.instance)).add(load.on_point ? "point" : "surface", word(load.surface));
   if (load.kind == Load::Kind::pressure) {
     map.add("pressure", number_text(load.value[0]));
   } else {
-    map.add(is_gravity ? "gravity" : load.kind == Load::Kind::force ? "force" : "traction", vector(load.value));
+    map.add(is_gravity                              ? "gravity"
+            : load.kind == Load::Kind::moment ? "moment"
+            : load.kind == Load::Kind::force ? "force" : "traction", vector(load.value));
   }
   return add_history(load.history, map).text();
 }
@@ -195,6 +204,21 @@ std::string contact_text(const ContactOptions& contact) {
   map.add("friction", number_text(contact.friction)).add("damping", number_text(contact.damping));
   map.add("tied", contact.tied ? "true" : "false");
   if (contact.adjust) map.add("adjust", number_text(*contact.adjust));
+  if (contact.pretension_force) map.add("pretension", FlowMap().add("force", number_text(*contact.pretension_force)).text());
+  if (contact.shortening) map.add("pretension", FlowMap().add("shortening", number_text(*contact.shortening)).text());
+  map.add_if(contact.resolves_overlap, "overlap", "resolve");
+  return map.text();
+}
+
+std::string link_text(const LinkOptions& link) {
+  const char* const motions[] = {"x", "y", "z", "rx", "ry", "rz"};
+  std::vector<std::string> fix;
+  for (std::size_t m = 0; m < 6; ++m)
+    if (link.fix[m]) fix.emplace_back(motions[m]);
+  FlowMap map;
+  map.add("between", words({link.first.text(), link.second.text()})).add("fix", list(fix));
+  if (!link.axes.isIdentity(0))
+    map.add("axes", list({vector(link.axes.row(0).transpose()), vector(link.axes.row(1).transpose())}));
   return map.text();
 }
 
@@ -203,7 +227,13 @@ std::string time_text(const TimeOptions& time) {
                            : time.cfl ? "{cfl: " + number_text(*time.cfl) + "}"
                                       : std::string("auto");
   FlowMap map;
-  map.add("end", number_text(time.end)).add("step", step).add("integrator", word_of(integrator_words, time.integrator));
+  map.add("end", number_text(time.end)).add("step", step);
+  if (time.is_static) {
+    map.add("static", "true");
+  } else {
+    map.add("integrator", word_of(integrator_words, time.integrator));
+  }
+  if (time.preload) map.add("preload", std::to_string(*time.preload));
   if (time.alpha != 0) map.add("alpha", number_text(time.alpha));
   if (time.mass_scaling) map.add("mass_scaling", "true");
   map.add_if(time.rotations == Rotations::large, "rotations", word_of(rotations_words, time.rotations));
@@ -256,6 +286,7 @@ void write_scene(const Scene& scene, std::ostream& out) {
   if (!scene.walls.empty()) out << "walls:\n";
   for (const auto& wall : scene.walls) out << "  " << word(wall.name) << ": " << wall_text(wall) << "\n";
   write_list("contact", scene.contact, contact_text, out);
+  write_list("links", scene.links, link_text, out);
   if (scene.time) out << "time: " << time_text(*scene.time) << "\n";
   std::vector<std::string> history;
   for (const auto& surface : scene.output.history) history.push_back(surface.text());

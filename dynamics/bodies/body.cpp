@@ -23,6 +23,19 @@ void Body::add_answered_impulses(Index set, const Points& contact, const Points&
   if (!friction.isZero(0)) add_impulses(set, friction, ImpulseKind::friction);
 }
 
+namespace {
+[[noreturn]] void refuse_statics(const std::string& name) {
+  throw InputError("instance '" + name + "': statics (time.static, time.preload) cannot be had of it");
+}
+}  // namespace
+
+void Body::relax(const Rest&) { refuse_statics(name()); }
+NodeResponse Body::static_response(Index, double) const { refuse_statics(name()); }
+void Body::add_static_forces(Index, const Points&, ImpulseKind) { refuse_statics(name()); }
+Settled Body::settle() { refuse_statics(name()); }
+void Body::end_load_step() { refuse_statics(name()); }
+void Body::start_motion(double) { refuse_statics(name()); }
+
 void Body::end_velocities(Index, Points&) { assert(false && "only bodies under newmark have them"); }
 
 void Body::add_modal_force(const Vector&, const LoadHistory&) {

@@ -41,6 +41,19 @@ enum class Scheme : char { exact, central_difference, newmark };
 // What an impulse comes from: whose work it is.
 enum class ImpulseKind : char { contact, friction };
 
+// What a body is to be in equilibrium with, and how fast it may follow.
+struct Rest {
+  double t = 0, share = 1;  // the loads are those at time t, times share
+  double hold = 1;          // of the pull towards where the body is, a factor of the body's own choice
+};
+
+// What an iteration towards equilibrium has changed.
+struct Settled {
+  double change = 0;  // d . (K + sigma M) d of its move d: twice an energy
+  double energy = 0;  // u . K u
+  double way = 0;     // the move, rms over the mass
+};
+
 // A step goes: predict(t, h) computes the end of the step without contact; contact asks positions and response at the
 // nodes it cares about and hands back impulses with add_impulses(); accept() makes the end the new state.
 // Nodes are indices 0 .. n_nodes() - 1. Sets of nodes that are asked for often are announced once with track().
@@ -99,6 +112,21 @@ class Body {
   virtual void end_velocities(Index set, Points& v);
   virtual NodeResponse velocity_response(Index set) const;
   virtual void add_end_impulses(Index set, const Points& impulses, ImpulseKind kind);
+
+  // Statics, without velocities: a load step is a number of iterations relax(), forces of contact, settle(), and end_load_step().
+  // (K + sigma M) d = f + contact - K u gives the move d of an iteration; its sum over the iterations is the solution of
+  // K u = f + contact (the proximal point method; Rockafellar 1976, doi 10.1137/0314056). sigma M keeps what nothing but contact
+  // holds in its place; sigma = 0 where supports hold the body. docs/theory.md, "Statics". Bodies without statics assert.
+  virtual bool has_statics() const { return false; }
+  virtual void relax(const Rest& rest);  // predicted_positions() are those of the equilibrium without contact
+  // Change of the predicted positions of the set's dofs per unit force on them, and such forces (n x 3, scene axes).
+  virtual NodeResponse static_response(Index set, double hold) const;
+  virtual void add_static_forces(Index set, const Points& forces, ImpulseKind kind);
+  virtual Settled settle();      // the predicted end becomes the state
+  virtual void end_load_step();  // books the work since the last one
+  // Once statics are over, before the first predict(), with its h: motion begins in the state that they have left, under the same
+  // forces of contact.
+  virtual void start_motion(double h);
 
   // Change of the predicted positions of the set's dofs per unit impulse on them, for a step h.
   virtual NodeResponse response(Index set, double h) const = 0;

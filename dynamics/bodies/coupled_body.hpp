@@ -10,6 +10,7 @@
 #include "dynamics/bodies/coupled_model.hpp"
 #include "dynamics/bodies/coupled_system.hpp"
 #include "dynamics/bodies/newmark.hpp"
+#include "dynamics/bodies/static_state.hpp"
 #include "dynamics/bodies/superelement_body.hpp"
 
 namespace cbr {
@@ -51,6 +52,14 @@ class CoupledBody final : public Body {
   void end_velocities(Index set, Points& v) override;
   NodeResponse velocity_response(Index set) const override;
   void add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
+
+  bool has_statics() const override { return true; }
+  void relax(const Rest& rest) override;
+  NodeResponse static_response(Index set, double hold) const override;
+  void add_static_forces(Index set, const Points& forces, ImpulseKind kind) override;
+  Settled settle() override;
+  void end_load_step() override;
+  void start_motion(double h) override;
 
   NodeResponse response(Index set, double h) const override;
   Points nodal_masses(Index set) const override;
@@ -127,6 +136,8 @@ class CoupledBody final : public Body {
   // HHT-alpha: what its accounts need of the step before
   Vector a_, last_change_of_Ku_, last_change_of_f_;
   double a0_Ma0_ = 0;
+  StaticState statics_;  // empty before the first relax()
+  double pull_ = 0;      // sigma of the last one
   MaterialDamping damping_;
   // Damped: C v at the start of the step (newmark), beta K v- (central differences), and a workspace
   Vector Cv_;

@@ -15,8 +15,9 @@ namespace cbr {
 // nothing. docs/theory.md, "Supports that move".
 class DrivenBody final : public Body {
  public:
-  // inner: held, in the axes that move, with velocities from there; before any load. mass: of the whole body.
-  DrivenBody(std::unique_ptr<Body> inner, DrivenMotion motion, double mass);
+  // inner: held, in the axes that move, with velocities from there; before any load. mass: of the whole body. has_inertia: false in
+  // statics, where supports have places and no velocities; `waits`: statics come first, see start_motion().
+  DrivenBody(std::unique_ptr<Body> inner, DrivenMotion motion, double mass, bool has_inertia = true, bool waits = false);
 
   const std::string& name() const override { return inner_->name(); }
   Index n_dofs() const override { return inner_->n_dofs(); }
@@ -48,6 +49,14 @@ class DrivenBody final : public Body {
   NodeResponse velocity_response(Index set) const override { return inner_->velocity_response(set); }
   void add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
 
+  bool has_statics() const override { return inner_->has_statics(); }
+  void relax(const Rest& rest) override;
+  NodeResponse static_response(Index set, double hold) const override { return inner_->static_response(set, hold); }
+  void add_static_forces(Index set, const Points& forces, ImpulseKind kind) override;
+  Settled settle() override;
+  void end_load_step() override;
+  void start_motion(double h) override;
+
   NodeResponse response(Index set, double h) const override { return inner_->response(set, h); }
   Points nodal_masses(Index set) const override { return inner_->nodal_masses(set); }
   void add_force(const Points& forces, const LoadHistory& history) override { inner_->add_force(forces, history); }
@@ -67,12 +76,18 @@ class DrivenBody final : public Body {
   MotionBound moved(MotionBound bound) const;
   void book(const Vector3& impulse, ImpulseKind kind, double t);
   double energy_of_motion() const;
+  void add_inertia();
+  Vector3 support_velocity(double t) const { return has_inertia_ ? motion_.velocity(t) : Vector3::Zero(); }
 
   std::unique_ptr<Body> inner_;
   DrivenMotion motion_;
   double mass_ = 0;
   double now_ = 0, t_ = 0, h_ = 0;
   double energy_at_start_ = 0;
+  bool has_inertia_ = true, waits_ = false;
+  // Statics: resultants of contact and of friction, of this iteration and at the end of the last load step, and its time
+  Vector3 forces_[2] = {Vector3::Zero(), Vector3::Zero()}, forces_start_[2] = {Vector3::Zero(), Vector3::Zero()};
+  double start_ = 0;
   double contact_ = 0, friction_ = 0;  // work of impulses on the supports' motion
 };
 

@@ -30,6 +30,7 @@ void SuperelementBody::keep_state(StateArchive& archive) {
   archive(late_kick_, late_friction_);
   if (late_end_kick_.size() != late_kick_.size())
     for (Vector* kick : {&late_end_kick_, &late_end_friction_}) kick->setZero(late_kick_.size());
+  archive(statics_);
 }
 
 void StaticsBody::keep_state(StateArchive& archive) {
@@ -37,6 +38,9 @@ void StaticsBody::keep_state(StateArchive& archive) {
   archive.expect(static_cast<Index>(sets_.size()));
   archive(g_, g_before_, eta_before_, loads_now_, t_, h_, work_, was_in_contact_, has_force_, still_left_);
   for (NodeSet& set : sets_) archive(set.w, set.force, set.friction);
+  bool is_still = load_step_.g.size() > 0;
+  archive(is_still);
+  if (is_still && archive.restores()) keep_load_step();
 }
 
 void ScaledBody::keep_state(StateArchive& archive) {
@@ -61,7 +65,7 @@ void CoupledBody::keep_state(StateArchive& archive) {
   archive.expect(u_.size());
   archive(u_, p_, v_, t_, last_h_, work_);
   archive(started_, arrived_, F_, Ma_, f0_, a_, last_change_of_Ku_, last_change_of_f_, a0_Ma0_);
-  archive(Cv_);
+  archive(Cv_, statics_);
   if (archive.restores()) Ku_is_current_ = v_now_is_current_ = false;
 }
 

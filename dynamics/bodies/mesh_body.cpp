@@ -78,6 +78,7 @@ Points MeshBody::by_nodes(const Field& u) const {
 Index MeshBody::track(const std::vector<Index>& nodes) {
   sets_.push_back(rows(nodes));
   v_before_.emplace_back(static_cast<Index>(nodes.size()), 3);
+  if (still_) still_->track(nodes);
   return static_cast<Index>(sets_.size()) - 1;
 }
 
@@ -92,8 +93,14 @@ void MeshBody::gather(const Field& u, const std::vector<Index>& rows, Points& x)
   for (Index i = 0; i < x.rows(); ++i) x.row(i) = X_.row(node[rows[i]]) + (placement_.T * u.row(rows[i]).transpose()).transpose();
 }
 
-void MeshBody::positions(Index set, Points& x) const { gather(u_, sets_[set], x); }
-void MeshBody::predicted_positions(Index set, Points& x) const { gather(u_end_, sets_[set], x); }
+void MeshBody::positions(Index set, Points& x) const {
+  if (still_) return still_->positions(set, x);
+  gather(u_, sets_[set], x);
+}
+void MeshBody::predicted_positions(Index set, Points& x) const {
+  if (still_) return still_->predicted_positions(set, x);
+  gather(u_end_, sets_[set], x);
+}
 
 MotionBound MeshBody::motion_bound(Index) const {
   assert(false && "only exact bodies have a bound");

@@ -64,6 +64,16 @@ class MeshBody final : public Body {
   Index track_mean(const std::vector<Index>& nodes) override;
   void mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
 
+  // Before track() and loads: a body of the same nodes, held alike, that does statics for this one until start_motion().
+  void do_statics_with(std::unique_ptr<Body> still) { still_ = std::move(still); }
+  bool has_statics() const override { return still_ != nullptr; }
+  void relax(const Rest& rest) override { still_->relax(rest); }
+  NodeResponse static_response(Index set, double hold) const override { return still_->static_response(set, hold); }
+  void add_static_forces(Index set, const Points& forces, ImpulseKind kind) override { still_->add_static_forces(set, forces, kind); }
+  Settled settle() override { return still_->settle(); }
+  void end_load_step() override { still_->end_load_step(); }
+  void start_motion(double h) override;
+
   void predict(double t, double h) override;
   using Body::add_impulses;
   void add_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
@@ -121,6 +131,7 @@ class MeshBody final : public Body {
   double scalar_product(const Field& v, const Field& w) const;  // v . M w
   Eigen::Matrix<double, 6, 1> momenta(const Field& v) const;    // of translation and rotation, component axes
 
+  std::unique_ptr<Body> still_;  // none: motion has begun
   std::string name_;
   std::shared_ptr<const MeshModel> model_;
   Placement placement_;

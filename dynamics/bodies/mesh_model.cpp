@@ -150,11 +150,13 @@ void MeshBody::add_force(const Points& forces, const LoadHistory& history) {
   Points by_rows(forces.rows(), 3);
   for (Index i = 0; i < by_rows.rows(); ++i) by_rows.row(i) = forces.row(model_->forces.order()[i]) * placement_.T;
   append_load(by_rows, history);
+  if (still_) still_->add_force(forces, history);
 }
 
 void MeshBody::add_gravity(const Vector3& acceleration, const LoadHistory& history) {
   // M r g: row sums, lumped or consistent
   append_load(model_->mass * (placement_.T.transpose() * acceleration).transpose(), history);
+  if (still_) still_->add_gravity(acceleration, history);
 }
 
 double MeshBody::scalar_product(const Field& v, const Field& w) const {
@@ -201,6 +203,7 @@ BodyState MeshBody::state() const {
 }
 
 void MeshBody::displacements(Points& u, Points& v) const {
+  if (still_) return still_->displacements(u, v);
   u = by_nodes(u_) * placement_.T.transpose();
   v = by_nodes(present_velocities()) * placement_.T.transpose();
 }

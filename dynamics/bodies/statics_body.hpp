@@ -58,6 +58,14 @@ class StaticsBody final : public Body {
     modal_.add_end_impulses(sets_[set].modal, impulses, kind);
   }
 
+  bool has_statics() const override { return true; }
+  void relax(const Rest& rest) override;
+  NodeResponse static_response(Index set, double hold) const override;
+  void add_static_forces(Index set, const Points& forces, ImpulseKind kind) override;
+  Settled settle() override;
+  void end_load_step() override;
+  void start_motion(double h) override;
+
   NodeResponse response(Index set, double h) const override;
   Points nodal_masses(Index set) const override;
   void add_force(const Points& forces, const LoadHistory& history) override;
@@ -87,6 +95,8 @@ class StaticsBody final : public Body {
     LoadHistory history;
   };
 
+  void keep_load_step();
+  NodeResponse massless_static_response(const NodeSet& set, const ResponseOf& of, const Vector& weight) const;
   double follow_on(double share);
   void add_rows(const NodeSet& set, const Vector& w, Points& x) const;
   void pressed_by(const NodeSet& set, const Points& impulses, Vector& rows) const;
@@ -99,7 +109,14 @@ class StaticsBody final : public Body {
   std::shared_ptr<const StaticsForm> form_;
   Matrix3 T_;
   Index k_ = 0;
+  // At the end of the last load step, of each set and of the whole body.
+  struct LoadStep {
+    std::vector<Vector> w, force, friction;
+    Vector g;
+    std::vector<double> loads;
+  };
   std::vector<NodeSet> sets_;
+  LoadStep load_step_;  // empty before the first relax()
   std::vector<MeanSet> means_;
   std::vector<StaticLoad> loads_;
   Vector g_, g_end_, g_before_;  // s, f + g along the rows; before: of the last step

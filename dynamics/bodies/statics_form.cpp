@@ -158,7 +158,8 @@ std::shared_ptr<const ThinResponse> StaticsForm::response(const std::shared_ptr<
   Matrix C;
   if (nodes->A->rows() > 0)
     C = nodes->Q.size() > 0 ? Matrix(nodes->Q.transpose() * weight.asDiagonal() * nodes->Q) : Matrix(weight.asDiagonal());
-  auto response = std::make_shared<ThinResponse>(ThinResponse{nodes->A, C, nodes->rows, following(of.h)});
+  const double h = of.weight == ResponseOf::Weight::statics ? 1 : following(of.h);
+  auto response = std::make_shared<ThinResponse>(ThinResponse{nodes->A, C, nodes->rows, h});
   if (of_velocity) response->rows = no_rows(nodes->nodes.size()), response->h = 1;
   known_.push_back({nodes, of, response});
   return response;

@@ -12,6 +12,7 @@
 #include "dynamics/bodies/diagonal_form.hpp"
 #include "dynamics/bodies/modal_propagator.hpp"
 #include "dynamics/bodies/newmark.hpp"
+#include "dynamics/bodies/static_state.hpp"
 
 namespace cbr {
 
@@ -60,6 +61,16 @@ class SuperelementBody final : public Body {
   // Without Newmark: forces at the end of the step, which StaticsBody knows then, times the step. Energies are of the middle of
   // such a kick, momentum is of its end; with central differences it is half of what the rates of the next step get.
   void add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
+  bool has_statics() const override { return true; }
+  void relax(const Rest& rest) override;
+  NodeResponse static_response(Index set, double hold) const override;
+  void add_static_forces(Index set, const Points& forces, ImpulseKind kind) override;
+  Settled settle() override;
+  void end_load_step() override;
+  void start_motion(double h) override;
+  // The same with the forces of contact at the ends of steps, as those of add_end_impulses().
+  void start_late_motion(double h);
+  ResponseOf static_response_of(double hold, Vector& weight) const;  // as response_of()
   double mass() const { return superelement_->rigid_body.mass; }
   Vector3 predicted_center_of_mass() const;  // as predicted_positions()
   const Vector& modal_coordinates() const { return eta_; }
@@ -103,6 +114,8 @@ class SuperelementBody final : public Body {
   void add_late(Index set, const Points& impulses, ImpulseKind kind);
   double flow_energy(const Vector& eta, const Vector& v) const;
   std::shared_ptr<const ModalPropagator> make_propagator(double h) const;
+  double static_pull() const;
+  Vector contact_kick(double h, const Vector& force) const;
   Vector kicked_by(const Vector& kick) const;
   void predict_central(double h);
   void predict_central_damped();
@@ -134,6 +147,8 @@ class SuperelementBody final : public Body {
   LoadNumbers load_of_;
   Breakpoints breakpoints_;  // of all histories
 
+  StaticState statics_;  // in modal coordinates; empty before the first relax()
+  double pull_ = 0;      // sigma of the last one
   ModalRates damping_;
   // Of contact impulses, and its inverse, which weighs energies; empty: 1
   Vector gain_, weight_;

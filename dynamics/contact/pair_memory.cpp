@@ -34,7 +34,7 @@ void keep_overlap(Index slot, double distance, bool initial, PairMemory& memory)
     if (distance >= 0) memory.initial_gap = std::min(memory.initial_gap, distance);
   }
   const double closed = initial ? (distance <= memory.adjust ? memory.adjust : 0.0) : std::max(0.0, memory.offset[slot]);
-  memory.offset[slot] = std::min(distance, closed);
+  memory.offset[slot] = distance < 0 ? std::min(memory.kept_share * distance, closed) : std::min(distance, closed);
 }
 
 void forget(PairMemory& memory) {

@@ -41,6 +41,7 @@ struct PairMemory {
   // Given before the first step: mortar's points found deeper than they were left count so at once: springs push them out softly,
   // ties join them where they are.
   bool lets_jump = false;
+  double kept_share = 1;  // statics: of an overlap that is found, what is left as it is
   double initial_overlap = 0;     // largest depth found by the initial detection
   double initial_gap = HUGE_VAL;  // smallest gap from 0 that it found within reach
   double depth = 0;               // largest depth at the end of the last step: what is behind a face is still looked for

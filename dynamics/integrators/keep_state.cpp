@@ -2,6 +2,7 @@
 // What the parts of the time loop keep from step to step.
 #include "dynamics/contact/keep_state.hpp"
 #include "dynamics/integrators/contact_step.hpp"
+#include "dynamics/integrators/equilibrium.hpp"
 #include "dynamics/integrators/pair_schedule.hpp"
 #include "dynamics/integrators/recorder.hpp"
 
@@ -17,6 +18,7 @@ void keep_pair(StateArchive& archive, ContactPair& pair) {
   archive.expect(static_cast<Index>(pair.slave->nodes.size()));
   archive.expect(static_cast<Index>(state.ties.points.size()));
   archive(state.memory, state.back, state.penalty);
+  if (pair.pretension) archive(state.tie_offset, pair.pretension->length);
   archive(state.penetration, state.residual, state.recent_penetration, state.recent_residual, state.n_fallbacks);
   archive(state.area, state.largest_area, state.impulse, state.moment, state.normal_impulse);
 }
@@ -55,7 +57,7 @@ void PairSchedule::keep_state(StateArchive& archive) {
 
 static void keep_state(StateArchive& archive, Series3& series) { archive(series.values); }
 
-static void keep_state(StateArchive& archive, RunResult::OfMonitor& of) { archive(of.mean_position, of.mean_velocity, of.mean_acceleration, of.force); }
+static void keep_state(StateArchive& archive, RunResult::OfMonitor& of) { archive(of.mean_position, of.mean_velocity, of.mean_acceleration, of.force, of.rotation); }
 
 static void keep_state(StateArchive& archive, RunResult::OfBody& of) {
   archive(of.center_of_mass, of.momentum, of.angular_momentum, of.reaction, of.kinetic_energy, of.strain_energy);
@@ -83,6 +85,8 @@ static void keep_state(StateArchive& archive, RunResult& result) {
   archive(result.largest_rotation);
 }
 
-void Recorder::keep_state(StateArchive& archive) { archive(result_, last_, work_); }
+void Equilibrium::keep_state(StateArchive& archive) { archive(forces_, is_pushed_, initial_, resolved_, n_iterations_); }
+
+void Recorder::keep_state(StateArchive& archive) { archive(result_, last_, work_, before_); }
 
 }  // namespace cbr

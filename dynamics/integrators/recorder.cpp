@@ -51,6 +51,16 @@ void Recorder::record(double t, double interval, const std::vector<char>& restin
   check_finite(t, outcome);
 }
 
+void Recorder::record_statics(double t, const std::vector<char>& resting, ContactState& state, const ContactOutcome& outcome) {
+  result_.time.push_back(t);
+  record_energy(resting);
+  record_static_reactions(t, state);
+  record_monitors(1, state);
+  record_pairs(1, outcome);
+  record_pressure(1, state);
+  check_finite(t, outcome);
+}
+
 void Recorder::record_pairs(double interval, const ContactOutcome& outcome) {
   double active = 0;
   const std::size_t before = result_.time.size() - 1;
@@ -98,7 +108,14 @@ void Recorder::record_monitors(double interval, ContactState& state) {
   for (std::size_t i = 0; i < sim_.monitors.size(); ++i) {
     const Monitor& monitor = sim_.monitors[i];
     Vector3 position, velocity, impulse = Vector3::Zero();
-    sim_.bodies[monitor.body]->mean_motion(monitor.mean_set, position, velocity);
+    if (monitor.pointed != nullptr) {
+      Vector3 theta, spin;
+      monitor.pointed->point_motion(monitor.point, position, theta, velocity, spin);
+      position += monitor.pointed->reference_positions().row(monitor.pointed->translation_node(monitor.point)).transpose();
+      result_.monitors[i].rotation.add(theta);
+    } else {
+      sim_.bodies[monitor.body]->mean_motion(monitor.mean_set, position, velocity);
+    }
     for (const Index slot : monitor.contact_slots) impulse += state.impulses_since_output[monitor.contact].row(slot).transpose();
     const std::vector<double>& velocities = result_.monitors[i].mean_velocity.values;
     Vector3 acceleration = Vector3::Zero();
@@ -133,6 +150,9 @@ void Recorder::record_energy(const std::vector<char>& resting) {
     series.rotation = std::max(series.rotation, now.rotation);
     if (now.rotation > small_rotation && !series.turned_at) series.turned_at = result_.time.back();
   }
+  if (result_.time.size() == 1) before_ = {external, contact, friction, damping, numerical};
+  external -= before_.external, contact -= before_.contact, friction -= before_.friction;
+  damping -= before_.damping, numerical -= before_.numerical;
   result_.total.push_back(total);
   if (scaled > 0) result_.scaled_energy_share = std::max(result_.scaled_energy_share, scaled / total);
   result_.work_external.push_back(external);
@@ -160,6 +180,17 @@ void Recorder::record_reactions(double t, double interval, const ContactState& s
     for (const Supports::Resultant& load : sim_.supports[b]->loads)
       impulse -= load.history.integral(t - interval, t) * load.force;
     of.reaction.add(impulse / interval);
+  }
+}
+
+void Recorder::record_static_reactions(double t, const ContactState& state) {
+  std::vector<Vector3> rest(sim_.supports.size(), Vector3::Zero());
+  for (std::size_t c = 0; c < sim_.contact_nodes.size() && !rest.empty(); ++c)
+    rest[sim_.contact_nodes[c].body] -= state.impulses_since_output[c].colwise().sum().transpose();
+  for (std::size_t b = 0; b < sim_.supports.size(); ++b) {
+    if (!sim_.supports[b]) continue;
+    for (const Supports::Resultant& load : sim_.supports[b]->loads) rest[b] -= load.history.value(t) * load.force;
+    result_.bodies[b].reaction.add(rest[b]);
   }
 }
 

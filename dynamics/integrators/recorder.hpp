@@ -15,6 +15,8 @@ class Recorder {
   // RunError when anything that is recorded is no longer finite, by time and instance, pair or surface.
   // resting, per body: has not moved since the last record.
   void record(double t, double interval, const std::vector<char>& resting, ContactState& state, const ContactOutcome& outcome);
+  // In equilibrium: sums of contact are forces, and reactions what loads and contact leave.
+  void record_statics(double t, const std::vector<char>& resting, ContactState& state, const ContactOutcome& outcome);
   RunResult& result() { return result_; }
   void keep_state(StateArchive& archive);
 
@@ -22,6 +24,7 @@ class Recorder {
   void record_monitors(double interval, ContactState& state);
   void record_energy(const std::vector<char>& resting);
   void record_reactions(double t, double interval, const ContactState& state);
+  void record_static_reactions(double t, const ContactState& state);
   void record_pairs(double interval, const ContactOutcome& outcome);
   void record_pressure(double interval, ContactState& state);
   void check_finite(double t, const ContactOutcome& outcome) const;
@@ -30,6 +33,7 @@ class Recorder {
   RunResult result_;
   std::vector<BodyState> last_;  // per body
   std::vector<BodyWork> work_;
+  BodyWork before_;  // of all bodies, before the first record: of a preload
 };
 
 }  // namespace cbr

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "dynamics/bodies/body.hpp"
+#include "dynamics/bodies/pointed_body.hpp"
 #include "dynamics/contact/detection.hpp"
 #include "dynamics/contact/enforcement.hpp"
 #include "dynamics/contact/rigid_wall.hpp"
@@ -16,6 +17,12 @@
 #include "dynamics/integrators/time_plan.hpp"
 
 namespace cbr {
+
+// Of tied surfaces that statics pull together along a normal, and lock then.
+struct Pretension {
+  std::optional<double> force, shortening;  // one of them; a pull is positive
+  double length = 0;                        // by which the surfaces have been pulled together, in the end
+};
 
 // What a run makes of a pair.
 struct PairState {
@@ -48,6 +55,9 @@ struct ContactPair {
   PointLaw law;                  // frictionless, coulomb or tied
   double damping = 0;            // penalty
   std::optional<double> adjust;  // length, see ContactOptions
+  std::optional<Pretension> pretension;
+  bool is_link = false;           // of two points: its ties are there from the beginning
+  bool resolves_overlap = false;  // statics press apart what overlaps at the start
 
   bool has_state() const { return state_ != nullptr; }
   PairState& state();             // made when there is none
@@ -75,6 +85,8 @@ struct Monitor {
   Index body = 0, mean_set = 0;
   Index contact = -1;                // index into contact_nodes, or -1: no contact on this body
   std::vector<Index> contact_slots;  // contact nodes of that body that belong to this surface
+  const PointedBody* pointed = nullptr;  // of a point: the body, and which of its points
+  Index point = 0;
 };
 
 // Of a body with supports: the resultants of its loads, scene axes.
@@ -93,6 +105,8 @@ struct Simulation {
   std::vector<ContactPair> pairs;
   std::vector<Monitor> monitors;
   TimePlan plan;
+  bool is_static = false;  // run_statics() is for it, not run()
+  Index preload = 0;       // load steps of statics before the first step
   DetectionOptions detection;
 };
 
@@ -125,6 +139,7 @@ struct RunResult {
   struct OfMonitor {
     // acceleration: change of the mean velocity since the last output over that time; force: contact impulses likewise
     Series3 mean_position, mean_velocity, mean_acceleration, force;
+    Series3 rotation = {};  // of a point
   };
   struct OfBody {
     Series3 center_of_mass, momentum, angular_momentum;
@@ -168,6 +183,7 @@ struct RunOptions {
 };
 
 // RunError when the motion stops being finite, by time and instance. InputError: `restart` is of another simulation.
+// Of a simulation that is_static: equilibrium at the end of each step. InputError: an instance that nothing holds.
 RunResult run(Simulation& simulation, const RunOptions& options = {});
 
 }  // namespace cbr

@@ -3,9 +3,11 @@
 
 #include "common/state_archive.hpp"
 #include "dynamics/integrators/contact_step.hpp"
+#include "dynamics/integrators/equilibrium.hpp"
 #include "dynamics/integrators/pair_schedule.hpp"
 #include "dynamics/integrators/recorder.hpp"
 #include "dynamics/integrators/simulation.hpp"
+#include "dynamics/integrators/static_loop.hpp"
 #include "dynamics/integrators/stopwatch.hpp"
 
 namespace cbr {
@@ -28,6 +30,7 @@ class TimeLoop {
     located_ = current_;
     contact_of_.assign(sim_.bodies.size(), -1);
     for (std::size_t c = 0; c < sim_.contact_nodes.size(); ++c) contact_of_[sim_.contact_nodes[c].body] = static_cast<Index>(c);
+    if (sim_.preload > 0) preload();
     for (std::size_t b = 0; b < resting_.size(); ++b) resting_[b] = options_.jumps && sim_.bodies[b]->at_rest();
   }
 
@@ -52,6 +55,14 @@ class TimeLoop {
 
  private:
   const TimePlan& plan() const { return sim_.plan; }
+
+  // A run that goes on has the state of one that has been preloaded.
+  void preload() {
+    Equilibrium equilibrium(sim_, state_, outcome_);
+    if (!options_.restart) equilibrium.preload(sim_.preload);
+    equilibrium.start_motion(plan().h);
+    outcome_.next_step();
+  }
 
   // One step, or a jump over several.
   void go_on() {
@@ -154,7 +165,7 @@ class TimeLoop {
 
   // One step of all bodies that take part in a due pair, are pushed, or are not exact.
   void advance(Index step) {
-    const bool initial = step == 0;
+    const bool initial = step == 0 && sim_.preload == 0;
     StepSeconds& seconds = recorder_.result().seconds;
     {
       const Stopwatch watch(seconds.bodies);
@@ -224,6 +235,9 @@ class TimeLoop {
 
 }  // namespace
 
-RunResult run(Simulation& simulation, const RunOptions& options) { return TimeLoop(simulation, options).run(); }
+RunResult run(Simulation& simulation, const RunOptions& options) {
+  if (simulation.is_static) return run_static(simulation, options);
+  return TimeLoop(simulation, options).run();
+}
 
 }  // namespace cbr

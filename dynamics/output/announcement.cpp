@@ -23,8 +23,10 @@ void instance_lines(const BuiltScene& built, Report& report) {
     const Body& body = *built.simulation.bodies[b];
     std::ostringstream line;
     line << "instance " << body.name() << ": component " << built.instances[b].component << ", " << kind_of(built.instances[b])
-         << ", " << body.n_dofs() << " dofs, " << word_of(integrator_words, integrator_of(body.scheme()));
+         << ", " << body.n_dofs() << " dofs, "
+         << (built.simulation.is_static ? "statics" : word_of(integrator_words, integrator_of(body.scheme())));
     report.line(line.str());
+    if (built.simulation.is_static) continue;  // no step depends on it
     const double omega = body.largest_frequency();
     std::ostringstream detail;
     detail.precision(6);

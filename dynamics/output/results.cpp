@@ -46,6 +46,7 @@ void write_monitors(Hdf5Writer& file, const Simulation& simulation, const RunRes
     file.write(group + "mean_velocity", points(result.monitors[m].mean_velocity));
     file.write(group + "mean_acceleration", points(result.monitors[m].mean_acceleration));
     file.write(group + "force", points(result.monitors[m].force));
+    if (!result.monitors[m].rotation.values.empty()) file.write(group + "rotation", points(result.monitors[m].rotation));
   }
 }
 
@@ -93,7 +94,7 @@ void write_results(const std::filesystem::path& path, const Simulation& simulati
   const auto start = Clock::now();
   Hdf5Writer file(path);
   file.attribute("/", "format", std::string("cbr-results"));
-  file.attribute("/", "format_version", std::string("1.5"));
+  file.attribute("/", "format_version", std::string("1.6"));
   file.attribute("/", "generator", std::string("cbr-dyn ") + version());
   Index n_dofs = 0;
   for (const auto& body : simulation.bodies) n_dofs += body->n_dofs();

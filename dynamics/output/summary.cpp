@@ -205,7 +205,7 @@ void summarise(const BuiltScene& built, const RunResult& result, bool is_restart
   work_line(built, result, report);
   const Balance b = balance(result);
   balance_lines(built, result, b, report);
-  if (const auto outside = energy_outside_basis(built, result)) report.line(text_of(*outside, built.momentum_is_kept));
+  if (const auto outside = built.simulation.is_static ? std::nullopt : energy_outside_basis(built, result)) report.line(text_of(*outside, built.momentum_is_kept));
   contact_lines(built, is_restarted, report);
   for (const std::string& note : built.notes) report.line("note: " + note);
   if (!(b.energy <= 1e-8))

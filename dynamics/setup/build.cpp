@@ -17,9 +17,11 @@
 #include "dynamics/setup/contact_setup.hpp"
 #include "dynamics/setup/instance_body.hpp"
 #include "dynamics/setup/instance_damping.hpp"
+#include "dynamics/setup/links.hpp"
 #include "dynamics/setup/scene_warnings.hpp"
 #include "dynamics/setup/skin_shells.hpp"
 #include "dynamics/setup/starting_overlap.hpp"
+#include "dynamics/setup/statics_setup.hpp"
 #include "dynamics/setup/superelement_alone.hpp"
 #include "dynamics/setup/turning.hpp"
 
@@ -112,6 +114,14 @@ void add_loads(const SceneIndex& index, BuiltScene& built) {
     }
     const Index i = index.place(load.instance);
     const Geometry& geometry = *built.instances[i].geometry;
+    if (load.on_point) {
+      const bool is_force = load.kind == Load::Kind::force;
+      const Vector3 force = is_force ? load.value : Vector3::Zero(), moment = is_force ? Vector3::Zero() : load.value;
+      static_cast<PointedBody&>(*built.simulation.bodies[i])
+          .add_point_force(point_place(index, load.instance, load.surface), force, moment, history);
+      add_resultant(i, force, history, built.simulation);
+      continue;
+    }
     if (load.kind == Load::Kind::pressure) {
       const Vector3 force = add_pressure(load, built.instances[i], history, *built.simulation.bodies[i]);
       add_resultant(i, force, history, built.simulation);
@@ -142,6 +152,12 @@ void add_monitors(const SceneIndex& index, BuiltScene& built) {
     Monitor monitor;
     monitor.name = surface.text();
     monitor.body = index.place(surface.instance);
+    if (point_of(index.scene(), surface.instance, surface.surface) != nullptr) {
+      monitor.pointed = static_cast<const PointedBody*>(sim.bodies[monitor.body].get());
+      monitor.point = point_place(index, surface.instance, surface.surface);
+      sim.monitors.push_back(std::move(monitor));
+      continue;
+    }
     const auto nodes = find_nodes(*built.instances[monitor.body].geometry, surface.instance, surface.surface, surface.source);
     monitor.mean_set = sim.bodies[monitor.body]->track_mean(nodes);
     monitor.contact = contact_of_body[monitor.body];
@@ -159,6 +175,7 @@ void refuse_what_cannot_be(const Scene& scene) {
   if (!scene.time) throw InputError(scene.file.string() + ": the scene has no 'time' section: cbr-dyn needs time: {end: SECONDS}");
   if (scene.instances.empty()) throw InputError(scene.file.string() + ": the scene has no instances");
   check_contact_with_time(scene);
+  check_statics(scene);
   refuse_what_does_not_turn(scene);
   for (const ContactOptions& contact : scene.contact) {
     const std::string what = std::string("enforcement: ") + word_of(enforcement_words, contact.enforcement);
@@ -257,6 +274,7 @@ class Builder {
     const auto phase = report_.phase("setup");
     BodyMaker maker(index_, threads());
     for (const Instance& instance : scene_.instances) add(instance, maker);
+    for (Index i = 0; i < static_cast<Index>(scene_.instances.size()); ++i) add_points(i);
   }
 
  private:
@@ -284,6 +302,14 @@ class Builder {
     for (const auto& [name, component] : meshed_)
       if (component.model) longest = std::max(longest, component.model->forces.estimated_seconds());
     return std::make_shared<RowThreads>(longest > worth_it ? n_threads() : 1);
+  }
+
+  void add_points(Index i) {
+    const Instance& instance = scene_.instances[i];
+    if (component_of(scene_, instance).points.empty()) return;
+    auto& body = built_.simulation.bodies[i];
+    body = std::make_unique<PointedBody>(std::move(body), points_of(index_, built_, i),
+                                         instance.source.text() + ": points of instance '" + instance.name + "'");
   }
 
   void add(const Instance& instance, BodyMaker& maker) {
@@ -324,8 +350,9 @@ class Builder {
 }  // namespace
 
 BuiltScene build(const Scene& scene_of_run, Report& report, const BuildOptions& options) {
-  const Scene scene = with_options_of_files(scene_of_run);
+  Scene scene = with_options_of_files(scene_of_run);
   refuse_what_cannot_be(scene);
+  if (scene.time->is_static) scene = with_growing_loads(std::move(scene));
   BuiltScene built;
   built.momentum_is_kept = scene.boundary.empty();
   const SceneIndex index(scene);
@@ -337,9 +364,15 @@ BuiltScene build(const Scene& scene_of_run, Report& report, const BuildOptions& 
   add_loads(index, built);
   add_monitors(index, built);
   built.gaps.start(built.simulation);
-  built.simulation.plan = plan_time(*scene.time, scene.output.every, built.simulation.bodies, in_contact);
-  set_contact_step(in_contact, built);
-  scale_bodies(in_contact, built);
+  built.simulation.is_static = scene.time->is_static;
+  built.simulation.preload = preload_steps(scene);
+  if (scene.time->is_static) {
+    built.simulation.plan = plan_statics(*scene.time, scene.output.every);
+  } else {
+    built.simulation.plan = plan_time(*scene.time, scene.output.every, built.simulation.bodies, in_contact);
+    set_contact_step(in_contact, built);
+    scale_bodies(in_contact, built);
+  }
   look_for_overlaps(scene, built, report);
   warn_of_odd_scenes(scene, built, report);
   warn_of_missed_loads(index, built, report);

@@ -267,7 +267,7 @@ Coordinates coordinates_of_reduced(const SceneIndex& index, const Instance& inst
 }
 
 Coordinates coordinates_of_mesh(const Scene& scene, const Instance& instance, const Geometry& geometry) {
-  const bool coupled = scene.time->integrator == Integrator::newmark || has_shells(scene, instance, geometry);
+  const bool coupled = scene.time->integrator == Integrator::newmark || scene.time->is_static || has_shells(scene, instance, geometry);
   return coupled ? Coordinates::coupled : Coordinates::nodal;
 }
 

@@ -17,6 +17,7 @@
 #include "common/report.hpp"
 #include "dynamics/setup/contact_faces.hpp"
 #include "dynamics/setup/friction_shapes.hpp"
+#include "dynamics/setup/links.hpp"
 
 namespace cbr {
 namespace {
@@ -197,10 +198,13 @@ SidesOfInstances sides_of_instances(const std::vector<Entry>& entries) {
 }
 
 // The nodes with which instances take part.
-ContactNumbers add_contact_nodes(const SidesOfInstances& names, Sides& sides, Simulation& sim) {
+ContactNumbers add_contact_nodes(SidesOfInstances names, const std::map<Index, std::set<Index>>& linked, Sides& sides,
+                                 Simulation& sim) {
   ContactNumbers contact_of_instance;
+  for (const auto& [instance, nodes] : linked) names.try_emplace(instance);
   for (const auto& [instance, of_instance] : names) {
     std::set<Index> nodes;
+    if (const auto of = linked.find(instance); of != linked.end()) nodes = of->second;
     for (const SideName& name : of_instance) {
       const IndexTable& faces = sides.faces(name, {});
       nodes.insert(faces.data(), faces.data() + faces.size());
@@ -281,6 +285,8 @@ ContactPair pair_of(const Entry& entry, const ContactNumbers& contact_of_instanc
   pair.law = law_of(options);
   pair.damping = options.damping;
   pair.adjust = options.adjust;
+  pair.resolves_overlap = options.resolves_overlap;
+  if (options.pretension_force || options.shortening) pair.pretension = Pretension{options.pretension_force, options.shortening};
   const bool whole = pair.formulation == Formulation::mortar && pair.law.law != ContactLaw::tied;
   const auto first = sides.surface(entry.first, whole, contact_of_instance);
   if (entry.wall) {
@@ -364,7 +370,7 @@ std::vector<ContactKind> add_contact(const SceneIndex& index, BuiltScene& built,
       in_contact[i] = std::max(in_contact[i], its);
   }
   const SidesOfInstances names = sides_of_instances(entries);
-  const ContactNumbers contact_of_instance = add_contact_nodes(names, sides, sim);
+  const ContactNumbers contact_of_instance = add_contact_nodes(names, linked_nodes(index, built), sides, sim);
   const auto& fields = index.scene().output.fields;
   if (std::find(fields.begin(), fields.end(), "contact_pressure") != fields.end())
     fill_areas(names, contact_of_instance, sides, sim);
@@ -385,6 +391,10 @@ std::vector<ContactKind> add_contact(const SceneIndex& index, BuiltScene& built,
     look_for_friction_shapes(sim.pairs.back(), built, index.scene(), report);
     if (warned->enforcement == Enforcement::nodal) warn_nodal(*entry.options, built, sim.pairs.back(), report);
   }
+  add_links(index, contact_of_instance, built);
+  for (const LinkOptions& link : index.scene().links)
+    for (const SurfaceName* end : {&link.first, &link.second})
+      if (!end->is_wall()) in_contact[index.place(end->instance)] = std::max(in_contact[index.place(end->instance)], ContactKind::hard);
   return in_contact;
 }
 

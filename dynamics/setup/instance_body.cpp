@@ -185,7 +185,8 @@ InstanceBody BodyMaker::make(const Instance& instance, const MeshedComponent& co
 
 InstanceBody BodyMaker::driven(const Instance& instance, InstanceBody held) const {
   DrivenMotion motion = support_motion(index_, instance);
-  if (!motion.empty()) held.body = std::make_unique<DrivenBody>(std::move(held.body), std::move(motion), held.mass);
+  if (!motion.empty()) held.body = std::make_unique<DrivenBody>(std::move(held.body), std::move(motion), held.mass, !scene_.time->is_static,
+                                             preload_steps(scene_) > 0);
   return held;
 }
 
@@ -207,9 +208,11 @@ InstanceBody BodyMaker::make_held(const Instance& instance, const ReducedCompone
 InstanceBody BodyMaker::make_held(const Instance& instance, const MeshedComponent& component) {
   if (coordinates_of_mesh(scene_, instance, *component.geometry) == Coordinates::coupled)
     return make_coupled(instance, *component.geometry, shelled(instance, component));
-  return {std::make_unique<MeshBody>(instance.name, component.model, placement_of(index_, instance),
-                                     held_directions(index_, instance, *component.geometry), threads_),
-          component.model->rigid_body.mass};
+  auto body = std::make_unique<MeshBody>(instance.name, component.model, placement_of(index_, instance),
+                                         held_directions(index_, instance, *component.geometry), threads_);
+  if (preload_steps(scene_) > 0)
+    body->do_statics_with(make_coupled(instance, *component.geometry, shelled(instance, component)).body);
+  return {std::move(body), component.model->rigid_body.mass};
 }
 
 }  // namespace cbr

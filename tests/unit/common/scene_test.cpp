@@ -240,6 +240,38 @@ TEST(Scene, writtenAndReadIsTheSameScene) {
   }
 }
 
+TEST(Scene, staticsPointsAndLinksArrive) {
+  const TemporaryFolder folder, elsewhere;
+  const std::string text =
+      "materials: {m: {youngs_modulus: 1, poissons_ratio: 0, density: 1}}\n"
+      "components: {p: {mesh: p.msh, material: m, points: {tip: {surface: x_max, at: [1, 2, 3]}, base: {surface: x_min}}}}\n"
+      "instances: {a: {component: p}, b: {component: p}}\n"
+      "loads:\n  - {instance: a, point: tip, moment: [1, 0, 0]}\n  - {instance: a, point: base, force: [2, 0, 0]}\n"
+      "contact:\n  - {between: [a.u, b.u], pretension: {force: 7}}\n  - {between: [a.v, b.v], pretension: {shortening: 0.5}}\n"
+      "  - {between: [a.w, b.w], overlap: resolve}\n"
+      "links:\n  - {between: [a.tip, b.base], fix: [x, rz], axes: [[0, 1, 0], [0, 0, 1]]}\n  - {between: [a.tip, ground]}\n"
+      "time: {end: 1, static: true, preload: 3}\n";
+  const Scene scene = read_text(folder, text);
+  EXPECT_EQ(scene.components.at("p").points.at("tip").at, Vector3(1, 2, 3));
+  EXPECT_TRUE(scene.loads[0].on_point && scene.loads[0].kind == Load::Kind::moment);
+  EXPECT_TRUE(scene.contact[0].tied && scene.contact[0].pretension_force == 7.0 && scene.contact[1].shortening == 0.5);
+  EXPECT_TRUE(scene.contact[2].resolves_overlap);
+  EXPECT_EQ(scene.links[0].fix, (std::array<bool, 6>{true, false, false, false, false, true}));
+  EXPECT_EQ(scene.links[0].axes.row(2).transpose(), Vector3(1, 0, 0));
+  EXPECT_TRUE(scene.links[1].second.is_wall() && scene.time->is_static);
+  EXPECT_EQ(preload_steps(scene), 3);
+  EXPECT_EQ(written(read_text(elsewhere, written(scene))), written(scene));
+  const auto refused = [&](const std::string& old, const std::string& by, const std::string& says) {
+    const std::string message = refusal(folder, replaced(text, old, by));
+    EXPECT_NE(message.find(says), std::string::npos) << message;
+  };
+  refused("static: true", "static: true, integrator: exact", "static: true computes equilibrium");
+  refused("point: tip, moment", "surface: x_max, moment", "a moment acts on a point");
+  refused("[a.tip, ground]", "[a.top, ground]", "which is no point");
+  refused("at: [1, 2, 3]", "coupling: rigid", "a rigid coupling is still to come");
+  refused("pretension: {force: 7}", "pretension: {force: 7}, friction: 0.1", "tied surfaces do not slide");
+}
+
 TEST(Scene, aSuperelementAloneArrives) {
   const TemporaryFolder folder;
   const Scene scene = read_text(folder, test::alone_scene);
