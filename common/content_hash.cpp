@@ -110,7 +110,9 @@ std::string reduction_text(const ReductionOptions& reduction, const InterfaceNee
   text += "domains " + std::to_string(reduction.domains) + "\n";
   if (reduction.second_modes) text += "second modes " + std::to_string(*reduction.second_modes) + "\n";
   if (reduction.second_cutoff_hz) text += "second cutoff_hz " + number_text(*reduction.second_cutoff_hz) + "\n";
-  return text + "recovery " + (reduction.recovery ? "true" : "false") + "\n";
+  text += std::string("recovery ") + (reduction.recovery ? "true" : "false") + "\n";
+  for (const auto& set : as_set(reduction.recovery_sets)) text += "recovery of " + counted(set) + "\n";
+  return text;
 }
 
 }  // namespace

@@ -64,6 +64,8 @@ struct ReductionOptions {
   std::optional<Index> second_modes;
   std::optional<double> second_cutoff_hz;
   bool recovery = false;
+  // Not empty: recovery of the elements that meet these sets or element blocks alone.
+  std::vector<std::string> recovery_sets;
   // Sidesets that may lie inside the part, for loads on them; those of the scene's loads come on top (load_sets()).
   std::vector<std::string> loads;
   bool is_decomposed() const { return domains > 1; }
@@ -245,10 +247,30 @@ struct CheckpointOptions {
 // In which file fields go to viewers: XDMF over HDF5, or Exodus II.
 enum class FieldFormat { xdmf, exodus };
 
+// Stress of an instance at every output, without fields: of the nodes of a set, or of elements.
+struct StressOptions {
+  std::string instance;
+  std::string set;              // a sideset or nodeset; empty: one of the following
+  std::vector<Index> elements;  // ids of the mesh: stress at their centres
+  Index worst = 0;              // so many elements with the largest von Mises stress, at each output
+  bool envelope = false;        // extremes over the outputs, of all elements and nodes
+  SourceLine source;
+};
+
+// Harmonic response: `cbr-dyn --sweep`.
+struct SweepOptions {
+  double from_hz = 0, to_hz = 0;
+  Index points = 200;
+  bool is_logarithmic = false;
+  std::optional<Index> modes;  // of meshes; not given: up to twice to_hz
+  SourceLine source;
+};
+
 struct OutputOptions {
   double every = 0;  // 0: every step
   std::vector<SurfaceName> history;
-  std::vector<std::string> fields;  // displacement | velocity | stress | contact_pressure
+  std::vector<std::string> fields;  // displacement | velocity | stress | nodal_stress | contact_pressure
+  std::vector<StressOptions> stress;
   FieldFormat format = FieldFormat::xdmf;
   std::optional<CheckpointOptions> checkpoint;
   SourceLine source;
@@ -267,6 +289,7 @@ struct Scene {
   std::vector<ContactOptions> contact;
   std::vector<LinkOptions> links;
   std::optional<TimeOptions> time;
+  std::optional<SweepOptions> sweep;
   OutputOptions output;
 };
 

@@ -46,5 +46,6 @@ void parse_walls(const SceneNode& node, Scene& scene, SceneNames& names);
 void parse_contact(const SceneNode& node, const SceneNames& names, Scene& scene);
 void parse_time(const SceneNode& node, Scene& scene);
 void parse_output(const SceneNode& node, const std::filesystem::path& folder, const SceneNames& names, Scene& scene);
+void parse_sweep(const SceneNode& node, Scene& scene);
 
 }  // namespace cbr

@@ -145,6 +145,17 @@ CharacteristicOptions parse_characteristic(const SceneNode& node) {
   return options;
 }
 
+// true, false, or sets and element blocks of the mesh.
+void parse_recovery(const SceneNode& node, ReductionOptions& reduction) {
+  if (!node.is_scalar()) {
+    reduction.recovery_sets = node.names();
+    if (reduction.recovery_sets.empty()) node.fail("is empty, expected sets or element blocks of the mesh, or true");
+    reduction.recovery = true;
+    return;
+  }
+  reduction.recovery = node.boolean();
+}
+
 ReductionOptions parse_reduction(const SceneNode& node, const std::filesystem::path& folder, const std::string& component) {
   const SceneMap map = node.map({"basis", "massless_modes", "characteristic", "interface", "modes", "cutoff_hz", "tolerance",
                                  "pick", "domains", "second_reduction", "recovery", "loads", "superelement"});
@@ -178,7 +189,9 @@ ReductionOptions parse_reduction(const SceneNode& node, const std::filesystem::p
   }
   if (const auto* domains = map.find("domains")) reduction.domains = domains->index(1);
   if (const auto* second = map.find("second_reduction")) parse_second_reduction(*second, reduction);
-  if (const auto* recovery = map.find("recovery")) reduction.recovery = recovery->boolean();
+  if (const auto* recovery = map.find("recovery")) parse_recovery(*recovery, reduction);
+  if (!reduction.recovery_sets.empty() && reduction.is_decomposed())
+    map.at("recovery").fail("of some sets requires domains: 1; or give true");
   if (const auto* loads = map.find("loads")) {
     reduction.loads = loads->names();
     if (reduction.is_decomposed()) loads->fail("requires domains: 1; or add the sets to the interface");

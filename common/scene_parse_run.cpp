@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Skin, boundary, loads, time, output: what is done with it.
+// Skin, boundary, loads, time: what is done with it.
 #include <algorithm>
 #include <cctype>
 #include <cmath>
@@ -140,18 +140,6 @@ void parse_motion(const SceneMap& map, const std::filesystem::path& folder, cons
   if (condition.motion != SupportMotion::acceleration) condition.history = without_jumps(condition.history, *history);
 }
 
-CheckpointOptions parse_checkpoint(const SceneNode& node, const std::filesystem::path& folder) {
-  const SceneMap map = node.map({"every", "every_steps", "every_minutes", "file"});
-  CheckpointOptions checkpoint;
-  checkpoint.source = node.source();
-  const std::string when = map.exactly_one({"every", "every_steps", "every_minutes"});
-  if (when == "every") checkpoint.every = map.at(when).positive();
-  if (when == "every_steps") checkpoint.every_steps = map.at(when).index(1);
-  if (when == "every_minutes") checkpoint.every_minutes = map.at(when).positive();
-  if (const auto* file = map.find("file")) checkpoint.file = resolve_path(*file, folder);
-  return checkpoint;
-}
-
 }  // namespace
 
 std::string parse_instance_name(const SceneNode& node, const std::string& name, const Scene& scene, const SceneNames& names) {
@@ -229,33 +217,6 @@ void parse_time(const SceneNode& node, Scene& scene) {
       preload->fail("does not go with mass_scaling: true or rotations: large: leave one of the two out");
   }
   scene.time = time;
-}
-
-void parse_output(const SceneNode& node, const std::filesystem::path& folder, const SceneNames& names, Scene& scene) {
-  const SceneMap map = node.map({"every", "history", "fields", "format", "checkpoint"});
-  scene.output.source = node.source();
-  if (const auto* every = map.find("every")) scene.output.every = every->not_negative();
-  if (const auto* history = map.find("history")) {
-    std::set<std::string> seen;
-    for (const auto& item : history->list_or_one()) {
-      scene.output.history.push_back(parse_surface_name(item, scene, names));
-      if (!seen.insert(item.text()).second) item.fail("'" + item.text() + "' is listed twice: remove one");
-    }
-  }
-  if (const auto* fields = map.find("fields")) {
-    for (const auto& item : fields->list_or_one()) {
-      scene.output.fields.push_back(item.one_of<std::string>({{"displacement", "displacement"},
-                                                              {"velocity", "velocity"},
-                                                              {"stress", "stress"},
-                                                              {"contact_pressure", "contact_pressure"}}));
-    }
-    fields->names();  // none twice
-  }
-  if (const auto* format = map.find("format")) {
-    scene.output.format = format->one_of(field_format_words);
-    if (scene.output.fields.empty()) format->fail("is the format of fields, and there are none: add output.fields");
-  }
-  if (const auto* checkpoint = map.find("checkpoint")) scene.output.checkpoint = parse_checkpoint(*checkpoint, folder);
 }
 
 }  // namespace cbr

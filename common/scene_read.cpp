@@ -70,6 +70,7 @@ void parse_sections(const SceneMap& map, const fs::path& folder, Scene& scene) {
   if (const auto* node = map.find("contact")) parse_contact(*node, names, scene);
   if (const auto* node = map.find("links")) parse_links(*node, names, scene);
   if (const auto* node = map.find("output")) parse_output(*node, folder, names, scene);
+  if (const auto* node = map.find("sweep")) parse_sweep(*node, scene);
 }
 
 }  // namespace
@@ -89,8 +90,9 @@ Scene read_scene(const std::string& file_or_dash) {
   Scene scene;
   scene.file = file_or_dash;
   parse_sections(
-      root.map({"materials", "components", "instances", "skin", "boundary", "loads", "walls", "contact", "links", "time", "output"}), folder,
-      scene);
+      root.map({"materials", "components", "instances", "skin", "boundary", "loads", "walls", "contact", "links", "time", "output",
+                "sweep"}),
+      folder, scene);
   return scene;
 }
 

@@ -127,7 +127,8 @@ void write_component(const Component& component, std::ostream& out) {
   if (reduction.second_modes) out << "      second_reduction: {modes: " << *reduction.second_modes << "}\n";
   if (reduction.second_cutoff_hz)
     out << "      second_reduction: {cutoff_hz: " << number_text(*reduction.second_cutoff_hz) << "}\n";
-  out << "      recovery: " << (reduction.recovery ? "true" : "false") << "\n";
+  const std::string sets = words(reduction.recovery_sets);
+  out << "      recovery: " << (!reduction.recovery_sets.empty() ? sets : reduction.recovery ? "true" : "false") << "\n";
   if (!reduction.loads.empty()) out << "      loads: " << words(reduction.loads) << "\n";
   out << "      superelement: " << path(reduction.superelement) << "\n";
 }
@@ -249,6 +250,25 @@ std::string checkpoint_text(const CheckpointOptions& checkpoint) {
   return map.text();
 }
 
+std::string stress_text(const StressOptions& stress) {
+  if (!stress.set.empty()) return word(stress.instance + "." + stress.set);
+  FlowMap map;
+  map.add("instance", word(stress.instance));
+  std::vector<std::string> ids;
+  for (const Index id : stress.elements) ids.push_back(std::to_string(id));
+  if (!ids.empty()) map.add("elements", list(ids));
+  if (stress.worst > 0) map.add("worst", std::to_string(stress.worst));
+  return map.add_if(stress.envelope, "envelope", "true").text();
+}
+
+std::string sweep_text(const SweepOptions& sweep) {
+  FlowMap map;
+  map.add("from_hz", number_text(sweep.from_hz)).add("to_hz", number_text(sweep.to_hz));
+  map.add("points", std::to_string(sweep.points)).add("spacing", sweep.is_logarithmic ? "log" : "linear");
+  if (sweep.modes) map.add("modes", std::to_string(*sweep.modes));
+  return map.text();
+}
+
 template <typename Item, typename Text>
 void write_list(const std::string& section, const std::vector<Item>& items, const Text& text, std::ostream& out) {
   if (!items.empty()) out << section << ":\n";
@@ -288,11 +308,15 @@ void write_scene(const Scene& scene, std::ostream& out) {
   write_list("contact", scene.contact, contact_text, out);
   write_list("links", scene.links, link_text, out);
   if (scene.time) out << "time: " << time_text(*scene.time) << "\n";
+  if (scene.sweep) out << "sweep: " << sweep_text(*scene.sweep) << "\n";
   std::vector<std::string> history;
   for (const auto& surface : scene.output.history) history.push_back(surface.text());
   FlowMap output;
   output.add("every", number_text(scene.output.every)).add("history", words(history)).add("fields", words(scene.output.fields));
   if (scene.output.format != FieldFormat::xdmf) output.add("format", word_of(field_format_words, scene.output.format));
+  std::vector<std::string> stress;
+  for (const auto& of : scene.output.stress) stress.push_back(stress_text(of));
+  if (!stress.empty()) output.add("stress", list(stress));
   if (scene.output.checkpoint) output.add("checkpoint", checkpoint_text(*scene.output.checkpoint));
   out << "output: " << output.text() << "\n";
 }

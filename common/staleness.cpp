@@ -133,7 +133,7 @@ Provenance option_provenance(const Component& component, MassKind mass) {
   p["domains"] = std::to_string(reduction.domains);
   if (reduction.second_modes) p["second_modes"] = std::to_string(*reduction.second_modes);
   if (reduction.second_cutoff_hz) p["second_cutoff_hz"] = number_text(*reduction.second_cutoff_hz);
-  p["recovery"] = reduction.recovery ? "true" : "false";
+  p["recovery"] = !reduction.recovery_sets.empty() ? join(reduction.recovery_sets) : reduction.recovery ? "true" : "false";
   return p;
 }
 

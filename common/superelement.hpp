@@ -79,6 +79,8 @@ struct Superelement {
     std::vector<Block> blocks;  // connectivity by position in [interface nodes; interior nodes]
   };
   std::vector<Recovery> recovery;  // none or one
+  // Of recovery data: nodes of the mesh's sets, by their position in [interface nodes; interior nodes]. Read without them, too.
+  std::map<std::string, std::vector<Index>> recovered_sets;
 
   // Optional: what the reduction knows of its own errors (docs/theory.md, "Errors known before the run"), /accuracy.
   struct Accuracy {

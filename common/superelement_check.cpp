@@ -44,6 +44,7 @@ class Checker {
     if (s_.has_diagonal_form() && parts.matrices) probe_diagonal();
     if (s_.recovery.size() > 1) fail("/recovery", "is there " + std::to_string(s_.recovery.size()) + " times, allowed: once");
     for (const auto& recovery : s_.recovery) check_recovery(recovery);
+    if (!s_.recovery.empty()) check_recovered_sets(static_cast<Index>(s_.node_ids.size() + s_.recovery.front().node_ids.size()));
   }
 
  private:
@@ -354,6 +355,11 @@ class Checker {
         require_in_range(group, block.connectivity.data()[i], static_cast<Index>(s_.node_ids.size()) + n_i);
       }
     }
+  }
+
+  void check_recovered_sets(Index n) const {
+    for (const auto& [name, nodes] : s_.recovered_sets)
+      for (const Index node : nodes) require_in_range("/recovery/sets/" + name, node, n);
   }
 
   const Superelement& s_;

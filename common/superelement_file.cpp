@@ -258,6 +258,9 @@ Superelement read_superelement_at(const Hdf5Reader& file, const std::string& pre
     s.V = file.read_row_matrix(prefix + "/diagonal/V");
   }
   if (parts.recovery && file.has(prefix + "/recovery")) s.recovery.push_back(read_recovery(file, prefix));
+  if (file.has(prefix + "/recovery/sets"))
+    for (const auto& set : file.children(prefix + "/recovery/sets"))
+      s.recovered_sets[set] = file.read_indices(prefix + "/recovery/sets/" + set);
   read_extras(file, prefix, s);
   s.provenance = read_provenance(file, prefix);
   const auto modes = s.provenance.find("massless_modes");  // where files before 1.5 say it
@@ -301,6 +304,7 @@ void write_superelement_at(Hdf5Writer& file, const std::string& prefix, const Su
     file.write(prefix + "/diagonal/V", s.V);
   }
   for (const auto& recovery : s.recovery) write_recovery(file, prefix, recovery);
+  for (const auto& [set, nodes] : s.recovered_sets) file.write(prefix + "/recovery/sets/" + set, nodes);
   write_extras(file, prefix, s);
   for (const auto& [key, value] : s.provenance) file.attribute(prefix + "/provenance", key, value);
 }

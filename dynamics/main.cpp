@@ -29,10 +29,12 @@ int main(int argc, char** argv) {
   cbr::BuildOptions build;
   cbr::CommonOptions common;
   app.add_option("SCENE", scene, "scene (YAML), or - for a scene on standard input")->required();
-  app.add_option("-o,--output", output, "results file (HDF5); required unless --modes is given");
+  app.add_option("-o,--output", output, "results file (HDF5); required unless --modes is given, where it gets the mode shapes");
   cbr::Index modes = 0;
-  app.add_option("--modes", modes, "run nothing: print the lowest frequencies of each instance, with damping ratios, as CSV")
+  app.add_option("--modes", modes, "run nothing: print the lowest frequencies of each instance or tied group, with damping ratios, as CSV")
       ->check(cbr::whole_number("modes", 1));
+  bool sweep = false;
+  app.add_flag("--sweep", sweep, "run nothing: write the harmonic response that the scene's sweep asks for");
   app.add_option(
          "--diagonal-limit", build.diagonal_limit,
          "with central-difference or newmark: largest number of coordinates for which a superelement moves in diagonal form "
@@ -47,9 +49,11 @@ int main(int argc, char** argv) {
   return cbr::run_program(app, argc, argv, [&] {
     cbr::set_threads(common.threads == 0 && !restart.empty() ? cbr::threads_of_checkpoint(restart) : common.threads);
     cbr::Report report("cbr-dyn", common.verbosity(), common.timings);
-    cbr::require_output(modes, output, restart, check_error);
+    cbr::require_output(modes, sweep, output, restart, check_error);
     if (modes > 0) {
-      cbr::print_modes(scene, modes, report, cbr::table_output());
+      cbr::print_modes(scene, modes, output, report, cbr::table_output());
+    } else if (sweep) {
+      cbr::sweep_scene(scene, output, report);
     } else {
       cbr::run_scene(scene, output, report, build, restart, check_error, common.timings);
     }

@@ -18,11 +18,13 @@
 #include "dynamics/output/contact_summary.hpp"
 #include "dynamics/output/fields.hpp"
 #include "dynamics/output/half_check.hpp"
+#include "dynamics/output/linear_results.hpp"
 #include "dynamics/output/output_names.hpp"
 #include "dynamics/output/progress.hpp"
 #include "dynamics/output/results.hpp"
 #include "dynamics/setup/build.hpp"
 #include "dynamics/setup/half_modes.hpp"
+#include "dynamics/setup/harmonic.hpp"
 #include "dynamics/setup/scene_modes.hpp"
 
 namespace cbr {
@@ -89,6 +91,7 @@ bool check_half(Scene scene, BuildOptions options, const BuiltScene& built, cons
   }
   const auto phase = report.phase("check");
   scene.output.fields.clear();
+  scene.output.stress.clear();
   scene.output.checkpoint.reset();
   scene.time->step = built.simulation.plan.h;
   scene.time->cfl.reset();
@@ -297,25 +300,48 @@ void run_scene(const std::string& scene_or_dash, const std::filesystem::path& re
                  " holds the whole first run");
 }
 
-void print_modes(const std::string& scene_or_dash, Index n, Report& report, std::ostream& out) {
+void print_modes(const std::string& scene_or_dash, Index n, const std::filesystem::path& results, Report& report, std::ostream& out) {
   std::optional<Scene> scene;
   {
     const auto phase = report.phase("read");
     scene = read_scene(scene_or_dash);
   }
-  const std::vector<InstanceModes> instances = scene_modes(*scene, n, report);
+  scene->output.checkpoint.reset();
+  if (results.empty()) scene->output.fields.clear();
+  std::erase(scene->output.fields, "contact_pressure");
+  if (!results.empty() && scene->output.fields.empty()) scene->output.fields = {"displacement"};
+  if (!results.empty()) check_outputs(*scene, {results, {}, {}, "cbr-modes"});
+  SceneModes modes = scene_modes(*scene, n, report);
+  if (!results.empty()) write_modes(results, modes, report);
   out << "instance,mode,frequency_hz,damping_ratio\n";
   out.precision(10);
-  for (const InstanceModes& modes : instances)
-    for (Index j = 0; j < modes.frequency_hz.size(); ++j)
-      out << modes.instance << "," << j + 1 << "," << modes.frequency_hz[j] << "," << modes.damping_ratio[j] << "\n";
+  for (const InstanceModes& of : modes.instances)
+    for (Index j = 0; j < of.frequency_hz.size(); ++j)
+      out << of.instance << "," << j + 1 << "," << of.frequency_hz[j] << "," << of.damping_ratio[j] << "\n";
   out.flush();
 }
 
-void require_output(Index modes, const std::string& output, const std::string& restart, bool check_error) {
-  if (modes > 0 && (!output.empty() || !restart.empty() || check_error))
-    throw InputError("--modes prints frequencies and runs nothing: leave out --output, --restart and --check-error");
-  if (modes == 0 && output.empty()) throw InputError("--output is required: give -o RESULTS.h5, or --modes N");
+void sweep_scene(const std::string& scene_or_dash, const std::filesystem::path& results, Report& report) {
+  std::optional<Scene> scene;
+  {
+    const auto phase = report.phase("read");
+    scene = read_scene(scene_or_dash);
+  }
+  scene->output.checkpoint.reset();
+  scene->output.fields.clear();
+  check_outputs(*scene, {results, {}, {}, "cbr-sweep", sweep_table(results)});
+  const HarmonicResponse response = harmonic_response(*scene, report);
+  const auto phase = report.phase("write");
+  write_sweep(results, response);
+  report.line("sweep: " + results.string() + ", " + sweep_table(results).string());
+}
+
+void require_output(Index modes, bool sweep, const std::string& output, const std::string& restart, bool check_error) {
+  if (modes > 0 && sweep) throw InputError("--modes and --sweep are two things: give one of them");
+  if ((modes > 0 || sweep) && (!restart.empty() || check_error))
+    throw InputError((sweep ? std::string("--sweep") : std::string("--modes")) + " runs nothing: leave out --restart and --check-error");
+  if (modes == 0 && output.empty())
+    throw InputError("--output is required: give -o RESULTS.h5" + std::string(sweep ? "" : ", or --modes N"));
 }
 
 }  // namespace cbr

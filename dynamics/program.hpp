@@ -19,11 +19,14 @@ void run_scene(const std::string& scene_or_dash, const std::filesystem::path& re
                const BuildOptions& options = {}, const std::filesystem::path& restart = {}, bool check_error = false,
                const std::filesystem::path& timings = {});
 
-// Frequencies of each instance of the scene by itself, the lowest `n`, as CSV: instance,mode,frequency_hz,damping_ratio.
-// InputError: tied surfaces, shells that act.
-void print_modes(const std::string& scene_or_dash, Index n, Report& report, std::ostream& out);
+// Frequencies of each instance of the scene, or of those that ties join, the lowest `n`, as CSV:
+// instance,mode,frequency_hz,damping_ratio. `results`: not empty to write them and the shapes as fields.
+void print_modes(const std::string& scene_or_dash, Index n, const std::filesystem::path& results, Report& report, std::ostream& out);
 
-// InputError: --modes (above 0) with what only a run has, or neither --modes nor an output.
-void require_output(Index modes, const std::string& output, const std::string& restart, bool check_error);
+// Harmonic response of the scene (its key `sweep`) into `results` and a CSV beside it. InputError as of harmonic_response().
+void sweep_scene(const std::string& scene_or_dash, const std::filesystem::path& results, Report& report);
+
+// InputError: --modes (above 0) or --sweep with what only a run has, or nothing to do.
+void require_output(Index modes, bool sweep, const std::string& output, const std::string& restart, bool check_error);
 
 }  // namespace cbr

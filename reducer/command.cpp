@@ -27,6 +27,7 @@
 #include "reducer/interior_loads.hpp"
 #include "reducer/kept_sets.hpp"
 #include "reducer/panel_memory.hpp"
+#include "reducer/recovered_sets.hpp"
 #include "reducer/reduce.hpp"
 #include "reducer/second_reduction.hpp"
 #include "reducer/summary.hpp"
@@ -225,6 +226,7 @@ class Reducer {
     inputs.check();
     refuse_loads_inside(mesh, *component.reduction, loads_, takes_loads_in(*component.reduction));
     check_kept_sets(scene, component, mesh);
+    check_recovery_sets(mesh, *component.reduction);
     if (component.reduction->is_decomposed()) {
       make_group(mesh, properties, component, hash, p);
     } else {
@@ -257,6 +259,7 @@ class Reducer {
     options.loads = takes_loads_in(options) ? loads_ : std::vector<std::string>();
     options.characteristic.needs = needs_;
     Superelement s = reduce(mesh, properties, mass_.kind, options, settings_, report_, &figures);
+    add_recovered_sets(mesh, false, s);
     finish(std::move(s), figures, component, hash, provenance);
   }
 
@@ -274,7 +277,10 @@ class Reducer {
     if (rho) group.conditioning->rho_res = rho;
     group.content_hash = hash;
     group.provenance = provenance;
-    for (auto& domain : group.domains) domain.content_hash = hash;
+    for (auto& domain : group.domains) {
+      domain.content_hash = hash;
+      add_recovered_sets(mesh, true, domain);
+    }
     {
       const auto phase = report_.phase("writing the superelements");
       write_after_the_work(component.reduction->superelement,
@@ -304,6 +310,7 @@ class Reducer {
     report_.about(about);
     s.conditioning = figures.condition;
     s.conditioning->rho_res = residual_mass_share(s);
+    add_recovered_sets(mesh, false, s);
     finish(std::move(s), figures, component, hash, provenance);
   }
 

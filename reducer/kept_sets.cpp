@@ -32,6 +32,19 @@ void refuse_tractions_on_nodes(const Scene& scene, const Component& component, c
   }
 }
 
+// What recovery data cover.
+bool is_recovered(const SetUse& use, const ReductionOptions& reduction) {
+  const std::vector<std::string>& sets = reduction.recovery_sets;
+  return use.may_be_inside && reduction.recovery &&
+         (sets.empty() || std::find(sets.begin(), sets.end(), use.set) != sets.end());
+}
+
+[[noreturn]] void refuse_without_recovery(const SetUse& use, const Component& component) {
+  throw InputError(place_of(use) + "the superelement of component '" + component.name +
+                   "' has no recovery data there, from which stress follows: give reduction: {recovery: [" + use.set +
+                   "]}, or recovery: true");
+}
+
 }  // namespace
 
 void check_kept_sets(const Scene& scene, const Component& component, const Mesh& mesh) {
@@ -44,12 +57,15 @@ void check_kept_sets(const Scene& scene, const Component& component, const Mesh&
     is_kept[static_cast<std::size_t>(model.nodes[static_cast<std::size_t>(i)])] = 1;
   for (const SetUse& use : uses) {
     const std::vector<Index> nodes = nodes_of(use, mesh);
+    if (!nodes.empty() && is_recovered(use, *component.reduction)) continue;
+    if (use.is_of_stress) refuse_without_recovery(use, component);
     const auto n_kept =
         std::count_if(nodes.begin(), nodes.end(), [&](Index node) { return is_kept[static_cast<std::size_t>(node)] != 0; });
     if (!nodes.empty() && n_kept == static_cast<std::ptrdiff_t>(nodes.size())) continue;
     throw InputError(place_of(use) + "the superelement of component '" + component.name + "' keeps " + std::to_string(n_kept) +
                      " of its " + std::to_string(nodes.size()) + " nodes, expected all: add '" + use.set +
-                     "' to reduction.interface (it has: " + join(component.reduction->interface_sets) + ")");
+                     "' to reduction.interface (it has: " + join(component.reduction->interface_sets) + ")" +
+                     (use.may_be_inside ? ", or to reduction.recovery" : ""));
   }
 }
 
@@ -59,7 +75,8 @@ void check_kept_sets(const Scene& scene, const Component& component, const Super
   };
   const std::vector<SetUse> uses = set_uses(scene, component, InstanceKind::superelement);
   const bool all_kept = std::all_of(uses.begin(), uses.end(), [&](const SetUse& use) {
-    return has_faces(use.set) || (!use.needs_faces && file.nodesets.count(use.set) > 0);
+    if (use.may_be_inside && file.recovered_sets.count(use.set) > 0) return true;
+    return !use.is_of_stress && (has_faces(use.set) || (!use.needs_faces && file.nodesets.count(use.set) > 0));
   });
   const bool any_on_nodes = std::any_of(scene.loads.begin(), scene.loads.end(), [&](const Load& load) {
     return load.kind == Load::Kind::traction && file.nodesets.count(load.surface) > 0 && !has_faces(load.surface);

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "reducer/interface_sets.hpp"
+#include "reducer/recovered_sets.hpp"
 
 namespace cbr {
 namespace {
@@ -74,6 +75,7 @@ void add_recovery(const Reduction& r, Matrix&& Psi, Matrix&& Phi, Superelement& 
     recovery.blocks.push_back(block);
     for (Index& node : recovery.blocks.back().connectivity.reshaped()) node = place[static_cast<std::size_t>(node)];
   }
+  if (!r.options.recovery_sets.empty()) keep_elements_at(r.mesh, r.options.recovery_sets, place, recovery);
   s.recovery.push_back(std::move(recovery));
 }
 

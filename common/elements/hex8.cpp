@@ -55,6 +55,24 @@ Hex8Matrix hex8_incompatible_stiffness(const Hex8Nodes& X, const Material& mater
   return condensed;
 }
 
+std::array<Matrix3, 8> hex8_incompatible_gradients(const Hex8Nodes& X, const Material& material, const Hex8Nodes& u) {
+  const Gradients<11> A = enhanced_gradients(X);
+  const DofMatrix<11> K = isoparametric::elastic_stiffness<11>(A, Elasticity(material));
+  const Eigen::Map<const Eigen::Matrix<double, 24, 1>> u_e(u.data());
+  const Eigen::LLT<Eigen::Matrix<double, 9, 9>> llt(K.bottomRightCorner<9, 9>());
+  Eigen::Matrix<double, 33, 1> all;
+  all << u_e, -llt.solve(K.bottomLeftCorner<9, 24>() * u_e);
+  const Eigen::Map<const isoparametric::Nodes<11>> motion(all.data());
+  const ShapeTable& table = reference_element(ElementType::hex8).stiffness;
+  std::array<Matrix3, 8> H;
+  for (std::size_t q = 0; q < 8; ++q) {
+    const double volume = table.weight[q] * isoparametric::jacobian<8>(X, table.dN[q]).determinant();
+    const Eigen::Map<const isoparametric::Nodes<11>> slopes(A.col(static_cast<Index>(q)).data());
+    H[q] = motion.transpose().lazyProduct(slopes) / std::sqrt(volume);
+  }
+  return H;
+}
+
 MeanGradient hex8_mean_gradient(const Hex8Nodes& X) {
   // 2 x 2 x 2 points integrate both exactly: det J and det J J^-T dN are of degree 2 in each coordinate.
   const ShapeTable& table = reference_element(ElementType::hex8).stiffness;

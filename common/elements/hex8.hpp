@@ -2,6 +2,8 @@
 // The three formulations of the 8-node hex. For element.cpp; others call element_stiffness().
 #pragma once
 
+#include <array>
+
 #include "common/elements/element.hpp"
 #include "common/elements/isoparametric.hpp"
 
@@ -19,6 +21,8 @@ Hex8Matrix hex8_stiffness(const Hex8Nodes& X, const Material& material);
 // mapped with J_0 = J(0) and scaled by det J_0 / det J (Taylor, Beresford, Wilson 1976, doi 10.1002/nme.1620100602), so they
 // integrate to zero and the patch test holds on distorted elements.
 Hex8Matrix hex8_incompatible_stiffness(const Hex8Nodes& X, const Material& material);
+// Gradients du_a/dx_b at the 2 x 2 x 2 points of nodal displacements u, with the internal ones a = -K_aa^-1 K_au u that go along.
+std::array<Matrix3, 8> hex8_incompatible_gradients(const Hex8Nodes& X, const Material& material, const Hex8Nodes& u);
 
 // Mean gradients b_a = (1/V) integral dN/dx_a (8 x 3) and four hourglass shapes gamma = (h - sum_a (h . x_a) b_a) / sqrt 8
 // orthogonal to every linear field (Flanagan, Belytschko 1981, doi 10.1002/nme.1620170504), in stiffness form:

@@ -224,6 +224,12 @@ void StaticsBody::add_force(const Points& forces, const LoadHistory& history) {
   loads_end_.push_back(now);
 }
 
+Vector StaticsBody::static_load() const {
+  Vector sum = Vector::Zero(form_->rows.size());
+  for (const StaticLoad& load : loads_) sum += load.f;
+  return sum;
+}
+
 MotionBound StaticsBody::motion_bound(Index set) const { return with_statics(modal_.motion_bound(sets_[set].modal), set); }
 MotionBound StaticsBody::quick_motion_bound(Index set) const {
   return with_statics(modal_.quick_motion_bound(sets_[set].modal), set);

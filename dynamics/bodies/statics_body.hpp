@@ -65,6 +65,10 @@ class StaticsBody final : public Body {
   Settled settle() override;
   void end_load_step() override;
   void start_motion(double h) override;
+  const SuperelementBody& modal() const { return modal_; }
+  SuperelementBody& modal() { return modal_; }
+  const StaticRows& static_rows() const { return form_->rows; }  // of all nodes, component axes
+  Vector static_load() const;                                    // of all loads with a factor of 1, s
 
   NodeResponse response(Index set, double h) const override;
   Points nodal_masses(Index set) const override;

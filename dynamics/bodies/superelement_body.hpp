@@ -74,6 +74,16 @@ class SuperelementBody final : public Body {
   double mass() const { return superelement_->rigid_body.mass; }
   Vector3 predicted_center_of_mass() const;  // as predicted_positions()
   const Vector& modal_coordinates() const { return eta_; }
+  // What a harmonic response and mode shapes are made of.
+  const DiagonalForm& form() const { return *form_; }
+  const Vector& damping_rates() const { return damping_.c; }  // empty: none
+  const Matrix3& axes() const { return placement_.T; }
+  const IndexTable& rows() const { return *rows_; }  // of form().V, for each node and component; -1: none
+  Vector load_amplitude() const;                     // of all loads with a factor of 1, n
+  void take_shape(const Vector& eta);                // at rest there, until the next predict()
+  // From here on forces on nodes are also summed, with a factor of 1 (N x 3, component axes).
+  void sum_forces() { forces_ = Points::Zero(X_.rows(), 3); }
+  const Points& forces() const { return forces_; }
   // What response(set, h) is V_c diag(weight) V_c^T of, for those that do not want it formed; the rows V_c of a set.
   ResponseOf response_of(double h, Vector& weight) const;
   const NodeRows& node_rows(Index set) const { return *sets_[set].rows; }
@@ -145,6 +155,7 @@ class SuperelementBody final : public Body {
   std::vector<MeanSet> means_;
   std::vector<ModalLoad> loads_;
   LoadNumbers load_of_;
+  Points forces_;
   Breakpoints breakpoints_;  // of all histories
 
   StaticState statics_;  // in modal coordinates; empty before the first relax()

@@ -135,7 +135,19 @@ void SuperelementBody::append_load(const Vector& amplitude, const LoadHistory& h
   breakpoints_.add(history);
 }
 
+Vector SuperelementBody::load_amplitude() const {
+  Vector sum = Vector::Zero(form_->omega.size());
+  for (const ModalLoad& load : loads_) sum += load.amplitude;
+  return sum;
+}
+
+void SuperelementBody::take_shape(const Vector& eta) {
+  eta_ = eta;
+  v_.setZero(eta.size());
+}
+
 void SuperelementBody::add_force(const Points& forces, const LoadHistory& history) {
+  if (forces_.size() > 0) forces_ += forces * placement_.T;
   // V^T f with f in component axes: T^T f of each node, of few most often
   Vector amplitude = Vector::Zero(form_->V.cols());
   for (Index i = 0; i < forces.rows(); ++i) {

@@ -66,6 +66,10 @@ static void keep_state(StateArchive& archive, RunResult::OfBody& of) {
   if (turned_at >= 0) of.turned_at = turned_at;
 }
 
+static void keep_state(StateArchive& archive, RunResult::OfScan& of) {
+  archive(of.worst, of.worst_stress, of.of_elements, of.of_nodes);
+}
+
 static void keep_state(StateArchive& archive, RunResult::OfPair& of) {
   bool has_met = !of.active.empty();
   archive(has_met);
@@ -83,6 +87,8 @@ static void keep_state(StateArchive& archive, RunResult& result) {
   archive(result.total, result.work_external, result.work_contact, result.work_friction, result.work_damping, result.work_numerical, result.active);
   archive(result.steps, result.jumps, result.contact_steps, result.contact_rows, result.scaled_energy_share, result.work);
   archive(result.largest_rotation);
+  archive.expect(static_cast<Index>(result.watches.size()));
+  archive(result.watches, result.scans);
 }
 
 void Equilibrium::keep_state(StateArchive& archive) { archive(forces_, is_pushed_, initial_, resolved_, n_iterations_); }

@@ -37,15 +37,19 @@ Recorder::Recorder(Simulation& simulation) : sim_(simulation) {
   result_.monitors.resize(sim_.monitors.size());
   result_.bodies.resize(sim_.bodies.size());
   result_.pairs.resize(sim_.pairs.size());
+  result_.watches.resize(sim_.watches.size());
+  result_.scans.resize(sim_.scans.size());
   last_.resize(sim_.bodies.size()), work_.resize(sim_.bodies.size());
 }
 
 void Recorder::record(double t, double interval, const std::vector<char>& resting, ContactState& state,
                       const ContactOutcome& outcome) {
   result_.time.push_back(t);
+  coordinates_.clear();
   record_energy(resting);
   record_reactions(t, interval, state);
   record_monitors(interval, state);
+  record_stress(t);
   record_pairs(interval, outcome);
   record_pressure(interval, state);
   check_finite(t, outcome);
@@ -113,6 +117,14 @@ void Recorder::record_monitors(double interval, ContactState& state) {
       monitor.pointed->point_motion(monitor.point, position, theta, velocity, spin);
       position += monitor.pointed->reference_positions().row(monitor.pointed->translation_node(monitor.point)).transpose();
       result_.monitors[i].rotation.add(theta);
+    } else if (monitor.is_inside()) {
+      const auto& [q, rates] = coordinates(monitor.body);
+      // What turns or drives the body is the same affine map for all points, and so for their mean
+      const Points X = monitor.reference.transpose();
+      Points u = (monitor.rows * q).transpose(), v = (monitor.rows * rates).transpose();
+      sim_.bodies[monitor.body]->turn(X, u, v);
+      position = monitor.reference + u.row(0).transpose();
+      velocity = v.row(0).transpose();
     } else {
       sim_.bodies[monitor.body]->mean_motion(monitor.mean_set, position, velocity);
     }
@@ -197,10 +209,16 @@ void Recorder::record_static_reactions(double t, const ContactState& state) {
 void Recorder::check_finite(double t, const ContactOutcome& outcome) const {
   const RunResult& r = result_;
   std::vector<std::string> where;
+  if (!not_finite_.empty()) where.push_back(not_finite_);
   for (std::size_t b = 0; b < r.bodies.size(); ++b)
     if (!ends_finite(r.bodies[b])) where.push_back("instance '" + sim_.bodies[b]->name() + "'");
   for (const Index p : outcome.met)
     if (!ends_finite(r.pairs[p])) where.push_back("contact " + sim_.pairs[p].name);
+  for (std::size_t w = 0; w < r.watches.size(); ++w) {
+    const auto n = static_cast<std::ptrdiff_t>(6 * sim_.watches[w].ids.size());
+    if (!std::all_of(r.watches[w].end() - n, r.watches[w].end(), [](double v) { return std::isfinite(v); }))
+      where.push_back("stress of " + sim_.watches[w].name);
+  }
   for (std::size_t m = 0; m < r.monitors.size(); ++m)
     if (!ends_finite(r.monitors[m])) where.push_back("surface " + sim_.monitors[m].name);
   if (where.empty() && ends_finite(r.total) && ends_finite(r.work_external) && ends_finite(r.work_contact) &&

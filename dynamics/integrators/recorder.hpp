@@ -2,6 +2,9 @@
 // What a run writes down at its output times.
 #pragma once
 
+#include <map>
+#include <utility>
+
 #include "dynamics/integrators/contact_step.hpp"
 #include "dynamics/integrators/simulation.hpp"
 
@@ -23,6 +26,7 @@ class Recorder {
  private:
   void record_monitors(double interval, ContactState& state);
   void record_energy(const std::vector<char>& resting);
+  void record_stress(double t);
   void record_reactions(double t, double interval, const ContactState& state);
   void record_static_reactions(double t, const ContactState& state);
   void record_pairs(double interval, const ContactOutcome& outcome);
@@ -31,7 +35,11 @@ class Recorder {
 
   Simulation& sim_;
   RunResult result_;
+  // Coordinates and rates of a body now, for what follows from them; formed once an output.
+  const std::pair<Vector, Vector>& coordinates(Index body);
   std::vector<BodyState> last_;  // per body
+  std::map<Index, std::pair<Vector, Vector>> coordinates_;
+  std::string not_finite_;  // stress that is not
   std::vector<BodyWork> work_;
   BodyWork before_;  // of all bodies, before the first record: of a preload
 };

@@ -87,6 +87,35 @@ struct Monitor {
   std::vector<Index> contact_slots;  // contact nodes of that body that belong to this surface
   const PointedBody* pointed = nullptr;  // of a point: the body, and which of its points
   Index point = 0;
+  // Of a set inside a superelement, which has no mean_set: mean displacement = rows * coordinates (3 x n_q, scene axes), and the
+  // mean undeformed position
+  Matrix rows;
+  Vector3 reference = Vector3::Zero();
+  bool is_inside() const { return rows.size() > 0; }
+};
+
+// Stress of some nodes or elements of a body: linear in its coordinates (Body::coordinates).
+struct StressWatch {
+  std::string name;  // INSTANCE.SET, or INSTANCE
+  Index body = 0;
+  bool of_nodes = false;
+  std::vector<Index> ids;        // m, of nodes or elements of the mesh
+  std::vector<Index> block_ids;  // m, of nodes: a block of the material whose elements the stress is the mean of
+  // 6 m x n_q, row 6 i + j is component j (xx yy zz xy yz xz, scene axes) of i: dense of a superelement, sparse of a mesh
+  Matrix rows;
+  SparseMatrix sparse_rows;
+  Vector stress(const Vector& q) const { return rows.size() > 0 ? Vector(rows * q) : Vector(sparse_rows * q); }
+};
+
+// All elements and nodes of a body at every output: the elements with the largest von Mises stress then, and extremes over time.
+struct StressScan {
+  std::string name;  // INSTANCE
+  Index body = 0;
+  Index n_worst = 0;
+  bool envelope = false;
+  std::vector<Index> element_ids, node_ids, node_block_ids;
+  // stress_values() of elements at their centres, and of nodes if there is an envelope; scene axes
+  std::function<void(const Vector& q, Matrix& elements, Matrix& nodes)> stresses;
 };
 
 // Of a body with supports: the resultants of its loads, scene axes.
@@ -104,6 +133,8 @@ struct Simulation {
   std::vector<ContactNodes> contact_nodes;
   std::vector<ContactPair> pairs;
   std::vector<Monitor> monitors;
+  std::vector<StressWatch> watches;
+  std::vector<StressScan> scans;
   TimePlan plan;
   bool is_static = false;  // run_statics() is for it, not run()
   Index preload = 0;       // load steps of statics before the first step
@@ -155,7 +186,15 @@ struct RunResult {
     std::vector<double> area;                           // in contact at the output
     Series3 force, center_of_pressure;  // on the first-named surface, mean since the last output; where, or 0 without a force
   };
+  // Extremes over the outputs: von Mises stress and when it was, the largest and the smallest principal stress   (m x 4)
+  struct OfScan {
+    std::vector<Index> worst;           // outputs x n_worst, places in element_ids, the largest first
+    std::vector<double> worst_stress;   // von Mises
+    Matrix of_elements, of_nodes;
+  };
   std::vector<OfMonitor> monitors;
+  std::vector<std::vector<double>> watches;  // per watch: outputs x 6 m
+  std::vector<OfScan> scans;
   std::vector<OfBody> bodies;
   std::vector<OfPair> pairs;
   std::vector<double> total, work_external, work_contact, work_friction, work_damping, work_numerical, active;

@@ -12,6 +12,7 @@
 #include "common/error.hpp"
 #include "common/output_file.hpp"
 #include "common/program.hpp"
+#include "common/stress_values.hpp"
 #include "dynamics/output/exodus_fields.hpp"
 #include "dynamics/output/output_names.hpp"
 #include "dynamics/output/xdmf.hpp"
@@ -98,22 +99,13 @@ void require_finite(const Array& values, const std::string& field, const FieldGr
 }  // namespace
 
 std::vector<std::string> datasets_of(const std::string& field) {
-  if (field != "stress") return {field};
-  return {"stress_xx", "stress_yy", "stress_zz", "stress_xy", "stress_yz", "stress_xz", "stress_von_mises"};
+  if (!is_stress(field)) return {field};
+  std::vector<std::string> names;
+  for (const std::string_view name : stress_names) names.push_back(field + "_" + std::string(name));
+  return names;
 }
 
-Matrix with_von_mises(const Matrix& stress) {
-  Matrix out(stress.rows(), 7);
-  out.leftCols(6) = stress;
-  for (Index e = 0; e < stress.rows(); ++e) {
-    const auto s = stress.row(e);
-    const double xy = s[0] - s[1], yz = s[1] - s[2], zx = s[2] - s[0];
-    const double shear = s[3] * s[3] + s[4] * s[4] + s[5] * s[5];
-    // sigma_v^2 = ((s_xx - s_yy)^2 + (s_yy - s_zz)^2 + (s_zz - s_xx)^2) / 2 + 3 (s_xy^2 + s_yz^2 + s_xz^2)
-    out(e, 6) = std::sqrt(0.5 * (xy * xy + yz * yz + zx * zx) + 3 * shear);
-  }
-  return out;
-}
+bool is_stress(const std::string& field) { return field == "stress" || field == "nodal_stress"; }
 
 FieldWriter::FieldWriter(const Scene& scene, const BuiltScene& built, const std::filesystem::path& results, Report& report,
                          const std::string& run_hash, const std::optional<Saved>& saved)
@@ -127,6 +119,7 @@ FieldWriter::FieldWriter(const Scene& scene, const BuiltScene& built, const std:
   if (format_ == FieldFormat::exodus && grids_.empty())
     throw InputError(scene.output.source.text() + ": output.format: exodus needs an element or a face to show, and the scene has " +
                      "none: leave output.fields out, or reduce with faces on the interface");
+  if (wanted("nodal_stress")) find_materials(scene);
   contact_of_.assign(built.instances.size(), nullptr);
   for (const ContactNodes& contact : built.simulation.contact_nodes) contact_of_[contact.body] = &contact;
   saved ? go_on(*saved, run_hash) : start(run_hash);
@@ -135,7 +128,7 @@ FieldWriter::FieldWriter(const Scene& scene, const BuiltScene& built, const std:
 void FieldWriter::start(const std::string& run_hash) {
   heavy_ = std::make_unique<Hdf5Writer>(heavy_file_);
   heavy_->attribute("/", "format", std::string("cbr-fields"));
-  heavy_->attribute("/", "format_version", std::string("1.1"));
+  heavy_->attribute("/", "format_version", std::string("1.2"));
   heavy_->attribute("/", "generator", std::string("cbr-dyn ") + version());
   if (!run_hash.empty()) heavy_->attribute("/", "run_hash", run_hash);
   write_grids();
@@ -178,8 +171,10 @@ FieldHash FieldWriter::hash_of(const Hdf5Reader& file, std::size_t n_steps) cons
         if (!wanted(field)) continue;
         shares_points(g) ? require(file, group + field) : hash.add(group + field, file.read_row_matrix(group + field));
       }
-      if (!wanted("stress") || !grids_[g].block) continue;
-      for (const std::string& dataset : datasets_of("stress")) hash.add(group + dataset, file.read_row_matrix(group + dataset));
+      if (!grids_[g].block) continue;
+      for (const std::string field : {"stress", "nodal_stress"})
+        for (const std::string& dataset : datasets_of(field))
+          if (wanted(field)) hash.add(group + dataset, file.read_row_matrix(group + dataset));
     }
   }
   return hash;
@@ -257,6 +252,9 @@ void FieldWriter::add_block_grids(FieldGrid grid, const std::vector<Block>& bloc
 // The interiors of all parts.
 void FieldWriter::add_recovered_grids(const Scene& scene, FieldGrid grid) {
   const auto& of = built_.instances[grid.instance];
+  std::map<std::string, BlockProperties> of_blocks;  // only stress reads them
+  const Component& component = scene.components.at(of.component);
+  if (wanted("stress") || wanted("nodal_stress")) of_blocks = recovered_properties(component, scene, of);
   for (std::size_t p = 0; p < of.parts.size(); ++p) {
     const Superelement& s = *of.parts[p].superelement;
     const Superelement::Recovery& recovery = s.recovery.front();
@@ -266,13 +264,8 @@ void FieldWriter::add_recovered_grids(const Scene& scene, FieldGrid grid) {
     grid.points = placed(X, of.placement);
     grid.node_ids = s.node_ids;
     grid.node_ids.insert(grid.node_ids.end(), recovery.node_ids.begin(), recovery.node_ids.end());
-    Mesh names;  // only names and types of blocks are asked for
-    names.blocks = recovery.blocks;
-    const Component& component = scene.components.at(of.component);
-    std::vector<BlockProperties> properties(names.blocks.size());  // only stress reads them
-    const bool in_scene = component.has_mesh && (!component.material.empty() || !may_hold_materials(component.mesh));
-    if (in_scene) properties = block_properties(scene, component, names);
-    if (!in_scene && wanted("stress")) properties = properties_in_file(component, s.provenance, names.blocks);
+    std::vector<BlockProperties> properties;
+    for (const Block& block : recovery.blocks) properties.push_back(of_blocks.empty() ? BlockProperties() : of_blocks.at(block.name));
     add_block_grids(grid, recovery.blocks, properties);
   }
 }
@@ -286,8 +279,25 @@ void FieldWriter::add_instance_grids(const Scene& scene, Index i, Report& report
   if (of.mesh) return add_block_grids(grid, of.mesh->blocks, of.properties);
   add_interface_grids(grid);
   if (!of.parts.front().superelement->recovery.empty()) return add_recovered_grids(scene, grid);
-  if (wanted("stress"))
+  if (wanted("stress") || wanted("nodal_stress"))
     report.line("note: no stress of '" + of.name + "': its superelement has no recovery data (reduction.recovery: true)");
+}
+
+// Of grids with elements: which of the instance's materials theirs is.
+void FieldWriter::find_materials(const Scene& scene) {
+  std::size_t group = 0;
+  for (std::size_t g = 0; g < grids_.size(); ++g) {
+    FieldGrid& grid = grids_[g];
+    if (!grid.block) continue;
+    const auto [found, is_new] = elements_.try_emplace(grid.instance);
+    if (is_new) {
+      found->second = std::make_unique<InstanceElements>(scene, built_.instances[grid.instance], scene.output.source);
+      group = 0;
+    }
+    const auto& groups = found->second->groups();
+    while (groups[group].element_ids != grid.element_ids) ++group;  // blocks without elements have no grid
+    grid.material = groups[group].material;
+  }
 }
 
 FieldWriter::Motion FieldWriter::motion_of(const FieldGrid& grid) const {
@@ -320,7 +330,7 @@ FieldWriter::Motion FieldWriter::motion_of(const FieldGrid& grid) const {
   return motion;
 }
 
-// e x 7: xx yy zz xy yz xz and von Mises, at the elements' centres, scene axes.
+// stress_values() at the elements' centres, scene axes.
 Matrix FieldWriter::stresses(const FieldGrid& grid, const Points& u) const {
   const auto& of = built_.instances[grid.instance];
   const IndexTable& connectivity = grid.block->connectivity;
@@ -333,13 +343,28 @@ Matrix FieldWriter::stresses(const FieldGrid& grid, const Points& u) const {
       X.row(a) = (grid.points.row(node) - of.placement.position.transpose()) * T;
       u_e.row(a) = u.row(node) * T;
     }
-    const auto s = element_stress(grid.block->type, grid.properties.hex8, X, grid.properties.material, u_e);
-    Matrix3 sigma;
-    sigma << s[0], s[3], s[5], s[3], s[1], s[4], s[5], s[4], s[2];
-    sigma = (T * sigma * T.transpose()).eval();
-    out.row(e) << sigma(0, 0), sigma(1, 1), sigma(2, 2), sigma(0, 1), sigma(1, 2), sigma(0, 2);
+    out.row(e) = element_stress(grid.block->type, grid.properties.hex8, X, grid.properties.material, u_e).transpose();
   }
-  return with_von_mises(out);
+  return stress_values(turned_stress(out, T));
+}
+
+// stress_values() of each point of the grid in the material of its block, scene axes; 0 where no element of it is.
+Matrix FieldWriter::nodal_stresses(const FieldGrid& grid) {
+  const auto& of = built_.instances[grid.instance];
+  if (nodal_of_ != grid.instance) {
+    Vector q, rates;
+    built_.simulation.bodies[grid.instance]->coordinates(q, rates);
+    const InstanceElements& elements = *elements_.at(grid.instance);
+    nodal_ = stress_values(turned_stress(elements.nodal_stresses(elements.displacements(q)), of.placement.T));
+    nodal_of_ = grid.instance;
+  }
+  const InstanceElements& elements = *elements_.at(grid.instance);
+  Matrix out = Matrix::Zero(grid.points.rows(), n_stress_values);
+  for (Index i = 0; i < out.rows(); ++i) {
+    const Index node = grid.part < 0 ? i : elements.node_of_part(static_cast<std::size_t>(grid.part), i);
+    if (const Index place = elements.place(node, grid.material); place >= 0) out.row(i) = nodal_.row(place);
+  }
+  return out;
 }
 
 // p x 1: on contact nodes, 0 elsewhere.
@@ -361,6 +386,7 @@ bool FieldWriter::shares_points(std::size_t g) const {
 
 void FieldWriter::add(double t) {
   const std::string step = step_group(times_.size());
+  nodal_of_ = -1;
   Motion motion;
   for (std::size_t g = 0; g < grids_.size(); ++g) {
     const bool same = shares_points(g);
@@ -377,15 +403,17 @@ void FieldWriter::add(double t) {
     write("displacement", [&]() -> const Points& { return motion.u; });
     write("velocity", [&]() -> const Points& { return motion.v; });
     write("contact_pressure", [&] { return pressures(grids_[g]); });
-    if (wanted("stress") && grids_[g].block) add_stresses(group, grids_[g], motion.u, t);
+    if (!grids_[g].block) continue;
+    if (wanted("stress")) add_stresses(group, "stress", grids_[g], stresses(grids_[g], motion.u), t);
+    if (wanted("nodal_stress")) add_stresses(group, "nodal_stress", grids_[g], nodal_stresses(grids_[g]), t);
   }
   times_.push_back(t);
 }
 
-void FieldWriter::add_stresses(const std::string& group, const FieldGrid& grid, const Points& u, double t) {
-  const Matrix stress = stresses(grid, u);
-  require_finite(stress, "stress", grid, t);
-  const std::vector<std::string> datasets = datasets_of("stress");
+void FieldWriter::add_stresses(const std::string& group, const std::string& field, const FieldGrid& grid, const Matrix& stress,
+                               double t) {
+  require_finite(stress, field, grid, t);
+  const std::vector<std::string> datasets = datasets_of(field);
   for (std::size_t i = 0; i < datasets.size(); ++i) {
     const Matrix column = stress.col(static_cast<Index>(i));
     heavy_->write(group + datasets[i], column);

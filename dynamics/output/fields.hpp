@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <iosfwd>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -13,6 +14,7 @@
 #include "common/report.hpp"
 #include "dynamics/output/field_hash.hpp"
 #include "dynamics/setup/build.hpp"
+#include "dynamics/setup/instance_elements.hpp"
 
 namespace cbr {
 
@@ -30,14 +32,13 @@ struct FieldGrid {
   // For stress, which needs the element: empty type list otherwise
   const Block* block = nullptr;
   BlockProperties properties;
+  Index material = 0;  // of InstanceElements, for nodal stress
 };
 
-// Fields as the file has them, by the scene's name: stress is seven numbers a cell, each under a name of its own, as readers do not
-// agree on the order of a tensor's components. "stress" is of cells, the others of nodes.
+// Fields as the file has them, by the scene's name: a stress is the columns of stress_values(), each under a name of its own.
+// "stress" is of cells, the others of nodes.
 std::vector<std::string> datasets_of(const std::string& field);
-
-// xx yy zz xy yz xz, and von Mises' stress: the columns of datasets_of("stress"). e x 7 from e x 6.
-Matrix with_von_mises(const Matrix& stress);
+bool is_stress(const std::string& field);
 
 // Writes RESULTS.xdmf and RESULTS.fields.h5 beside the results file, or RESULTS.exo of the same contents. Nothing is left behind
 // without commit().
@@ -49,7 +50,7 @@ class FieldWriter {
     std::vector<double> times;
     std::string hash;  // of the writer that saved them
   };
-  // `fields`: displacement, velocity, stress, contact_pressure. Says on the report what cannot be shown. `saved`: goes on from
+  // `fields`: displacement, velocity, stress, nodal_stress, contact_pressure. Says on the report what cannot be shown. `saved`: goes on from
   // there. `run_hash`: of the run that the fields are of, empty when there are no checkpoints. InputError: `saved` is of another
   // one, or not what its hash says.
   FieldWriter(const Scene& scene, const BuiltScene& built, const std::filesystem::path& results, Report& report,
@@ -76,7 +77,9 @@ class FieldWriter {
   void add_recovered_grids(const Scene& scene, FieldGrid grid);
   Matrix pressures(const FieldGrid& grid) const;
   Matrix stresses(const FieldGrid& grid, const Points& u) const;
-  void add_stresses(const std::string& group, const FieldGrid& grid, const Points& u, double t);
+  Matrix nodal_stresses(const FieldGrid& grid);
+  void find_materials(const Scene& scene);
+  void add_stresses(const std::string& group, const std::string& field, const FieldGrid& grid, const Matrix& stress, double t);
   void write_grids();
   void commit_xdmf();
   bool wanted(const std::string& field) const;
@@ -89,6 +92,9 @@ class FieldWriter {
   std::unique_ptr<Hdf5Writer> heavy_;
   std::vector<FieldGrid> grids_;
   std::vector<const ContactNodes*> contact_of_;  // per instance, or null
+  std::map<Index, std::unique_ptr<InstanceElements>> elements_;  // per instance with nodal stress
+  Matrix nodal_;                                                 // stress_values() of nodal_of_, this time
+  Index nodal_of_ = -1;
   std::vector<double> times_;
   FieldHash hash_;
 };

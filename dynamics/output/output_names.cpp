@@ -18,6 +18,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr const char* sweep_header = "surface,frequency_hz,";
+
 struct Target {
   fs::path file;
   std::string what, option;  // "the results", "--output"
@@ -39,6 +41,7 @@ std::vector<Target> targets_of(const Scene& scene, const RunFiles& files) {
     targets.push_back({file, "the checkpoint", "output.checkpoint.file"});
     if (fields) targets.push_back({fields_of_checkpoint(file), "the checkpoint's fields", "output.checkpoint.file"});
   }
+  if (!files.table.empty()) targets.push_back({files.table, "the table", "--output"});
   if (!files.timings.empty()) targets.push_back({files.timings, "the timings", "--timings"});
   return targets;
 }
@@ -71,13 +74,13 @@ bool holds_fields(const fs::path& file) {
   }
 }
 
-void refuse_other_text(const Target& target) {
+void refuse_other_text(const Target& target, const std::string& words, const std::string& kind) {
   std::error_code error;
   if (!fs::is_regular_file(target.file, error) || fs::file_size(target.file, error) == 0) return;
   std::string start(200, '\0');
   std::ifstream(target.file).read(start.data(), static_cast<std::streamsize>(start.size()));
-  if (start.find("<Xdmf") != std::string::npos) return;
-  throw InputError(target.file.string() + ": exists and is not an XDMF file; " + target.what +
+  if (start.find(words) != std::string::npos) return;
+  throw InputError(target.file.string() + ": exists and is not " + kind + "; " + target.what +
                    " would overwrite it: " + target.cure());
 }
 
@@ -95,7 +98,7 @@ void refuse_other_exodus(const Target& target) {
 
 void refuse_other_fields(const Target& target) {
   const std::string suffix = target.file.extension().string();
-  if (suffix == ".xdmf") return refuse_other_text(target);
+  if (suffix == ".xdmf") return refuse_other_text(target, "<Xdmf", "an XDMF file");
   if (target.is_exodus) return refuse_other_exodus(target);
   if (!holds_fields(target.file)) refuse_other_file(target.file, {"cbr-fields"}, target.what, target.cure());
 }
@@ -116,8 +119,9 @@ void check_outputs(const Scene& scene, const RunFiles& files) {
     refuse_inputs(targets[i], scene, files);
   }
   for (const Target& target : targets) {
-    if (target.what == "the results") refuse_other_file(target.file, {"cbr-results"}, target.what, target.cure());
+    if (target.what == "the results") refuse_other_file(target.file, {files.format}, target.what, target.cure());
     if (target.what == "the fields" || target.what == "the checkpoint's fields") refuse_other_fields(target);
+    if (target.what == "the table") refuse_other_text(target, sweep_header, "a table of a sweep");
     const TemporaryFile probe(target.file);
   }
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 #include "common/scene.hpp"
 
@@ -11,6 +12,8 @@ namespace cbr {
 // The files of one run; paths that are empty are not written, or not there.
 struct RunFiles {
   std::filesystem::path results, restart, timings;
+  std::string format = "cbr-results";  // of `results`, which replaces files of this format alone
+  std::filesystem::path table = {};    // CSV
 };
 
 // InputError, naming the file and the option to change: two outputs (results, fields, checkpoint and its fields, timings) of one

@@ -7,6 +7,7 @@
 #include "common/error.hpp"
 #include "common/hdf5_file.hpp"
 #include "common/program.hpp"
+#include "common/stress_values.hpp"
 
 namespace cbr {
 namespace {
@@ -50,6 +51,51 @@ void write_monitors(Hdf5Writer& file, const Simulation& simulation, const RunRes
   }
 }
 
+// Each of stress_values() under its name, a row an output and a column a node or element.
+void write_watches(Hdf5Writer& file, const Simulation& simulation, const RunResult& result) {
+  for (std::size_t w = 0; w < result.watches.size(); ++w) {
+    const StressWatch& watch = simulation.watches[w];
+    const std::string group = "/stress/" + safe(watch.name) + (watch.of_nodes ? "/" : "/elements/");
+    file.write(group + (watch.of_nodes ? "node_id" : "element_id"), watch.ids);
+    if (watch.of_nodes) file.write(group + "block_id", watch.block_ids);
+    const auto m = static_cast<Index>(watch.ids.size()), n = static_cast<Index>(result.time.size());
+    const Matrix values = stress_values(Eigen::Map<const RowMatrix>(result.watches[w].data(), n * m, 6));
+    for (Index j = 0; j < n_stress_values; ++j) {
+      const Vector column = values.col(j);
+      file.write(group + std::string(stress_names[static_cast<std::size_t>(j)]), Matrix(Eigen::Map<const RowMatrix>(column.data(), n, m)));
+    }
+  }
+}
+
+void write_envelope(Hdf5Writer& file, const std::string& group, const Matrix& extremes) {
+  file.write(group + "von_mises", Vector(extremes.col(0)));
+  file.write(group + "von_mises_time", Vector(extremes.col(1)));
+  file.write(group + "principal_1", Vector(extremes.col(2)));
+  file.write(group + "principal_3", Vector(extremes.col(3)));
+}
+
+void write_scans(Hdf5Writer& file, const Simulation& simulation, const RunResult& result) {
+  for (std::size_t i = 0; i < result.scans.size(); ++i) {
+    const StressScan& scan = simulation.scans[i];
+    const RunResult::OfScan& of = result.scans[i];
+    const std::string group = "/stress/" + safe(scan.name) + "/";
+    if (scan.n_worst > 0) {
+      const auto n = static_cast<Index>(result.time.size());
+      IndexTable ids(n, scan.n_worst);
+      for (Index k = 0; k < ids.size(); ++k)
+        ids(k / scan.n_worst, k % scan.n_worst) = scan.element_ids[static_cast<std::size_t>(of.worst[static_cast<std::size_t>(k)])];
+      file.write(group + "worst/element_id", ids);
+      file.write(group + "worst/von_mises", Matrix(Eigen::Map<const RowMatrix>(of.worst_stress.data(), n, scan.n_worst)));
+    }
+    if (!scan.envelope) continue;
+    file.write(group + "envelope/elements/element_id", scan.element_ids);
+    write_envelope(file, group + "envelope/elements/", of.of_elements);
+    file.write(group + "envelope/nodes/node_id", scan.node_ids);
+    file.write(group + "envelope/nodes/block_id", scan.node_block_ids);
+    write_envelope(file, group + "envelope/nodes/", of.of_nodes);
+  }
+}
+
 void write_contact(Hdf5Writer& file, const Simulation& simulation, const RunResult& result) {
   file.write("/contact/active", result.active);
   for (std::size_t p = 0; p < result.pairs.size(); ++p) {
@@ -68,6 +114,8 @@ void write_contact(Hdf5Writer& file, const Simulation& simulation, const RunResu
 double values_per_output(const Simulation& simulation) {
   double values = 8;  // time, energies and works, active
   values += 11 * static_cast<double>(simulation.bodies.size()) + 12 * static_cast<double>(simulation.monitors.size());
+  for (const StressWatch& watch : simulation.watches) values += 6 * static_cast<double>(watch.ids.size());
+  for (const StressScan& scan : simulation.scans) values += 2 * static_cast<double>(scan.n_worst);
   for (const auto& supports : simulation.supports) values += supports ? 3 : 0;
   for (const ContactPair& pair : simulation.pairs) values += pair.of_all ? 0 : 10;
   return values;
@@ -106,6 +154,8 @@ void write_results(const std::filesystem::path& path, const Simulation& simulati
   file.write("/time", result.time);
   write_monitors(file, simulation, result);
   write_bodies(file, simulation, result);
+  write_watches(file, simulation, result);
+  write_scans(file, simulation, result);
   file.write("/energy/total", result.total);
   file.write("/energy/work_external", result.work_external);
   file.write("/energy/work_contact", result.work_contact);

@@ -64,9 +64,9 @@ class XdmfText {
          << item(heavy_, grid_group(g) + "cells", e, grid.cells.cols(), true) << "</Topology>\n<Geometry GeometryType=\"XYZ\">"
          << item(heavy_, grid_group(g) + "points", n, 3, false) << "</Geometry>\n";
     const std::string group = step_group(step) + std::to_string(g) + "/";
-    for (const std::string field : {"displacement", "velocity", "stress", "contact_pressure"}) {
+    for (const std::string field : {"displacement", "velocity", "stress", "nodal_stress", "contact_pressure"}) {
       const bool of_cells = field == "stress", vector = field == "displacement" || field == "velocity";
-      if (!wanted(field) || (of_cells && !grid.block)) continue;
+      if (!wanted(field) || (is_stress(field) && !grid.block)) continue;
       for (const std::string& dataset : datasets_of(field)) {
         out_ << "<Attribute Name=\"" << dataset << "\" AttributeType=\"" << (vector ? "Vector" : "Scalar") << "\" Center=\""
              << (of_cells ? "Cell" : "Node") << "\">" << item(heavy_, group + dataset, of_cells ? e : n, vector ? 3 : 1, false)

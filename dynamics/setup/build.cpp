@@ -22,6 +22,7 @@
 #include "dynamics/setup/skin_shells.hpp"
 #include "dynamics/setup/starting_overlap.hpp"
 #include "dynamics/setup/statics_setup.hpp"
+#include "dynamics/setup/stress_setup.hpp"
 #include "dynamics/setup/superelement_alone.hpp"
 #include "dynamics/setup/turning.hpp"
 
@@ -158,7 +159,13 @@ void add_monitors(const SceneIndex& index, BuiltScene& built) {
       sim.monitors.push_back(std::move(monitor));
       continue;
     }
-    const auto nodes = find_nodes(*built.instances[monitor.body].geometry, surface.instance, surface.surface, surface.source);
+    const BuiltScene::OfInstance& of = built.instances[monitor.body];
+    if (is_inside(*of.geometry, surface.surface)) {
+      watch_inside(index, surface, of, monitor);
+      sim.monitors.push_back(std::move(monitor));
+      continue;
+    }
+    const auto nodes = find_nodes(*of.geometry, surface.instance, surface.surface, surface.source);
     monitor.mean_set = sim.bodies[monitor.body]->track_mean(nodes);
     monitor.contact = contact_of_body[monitor.body];
     if (monitor.contact >= 0) {
@@ -291,7 +298,7 @@ class Builder {
     if (instance.as == InstanceKind::superelement) {
       if (!reduced_.count(component.name)) reduced_[component.name] = read_reduced_component(index_, component, options_, report_);
     } else if (!meshed_.count(component.name)) {
-      meshed_[component.name] = read_meshed_component(scene_, component, report_);
+      meshed_[component.name] = read_meshed_component(scene_, component, options_, report_);
     }
   }
 
@@ -328,6 +335,7 @@ class Builder {
       made = maker.make(instance, component);
     }
     of.mass = made.mass;
+    of.modes = made.modes;
     if (const Damping damping = damping_of(index_, instance); !damping.none()) {
       damp(instance, damping, *made.body);
       if (damping.material.alpha > 0) built_.momentum_is_kept = false;
@@ -363,6 +371,7 @@ BuiltScene build(const Scene& scene_of_run, Report& report, const BuildOptions& 
   const std::vector<ContactKind> in_contact = add_contact(index, built, report);
   add_loads(index, built);
   add_monitors(index, built);
+  add_stress(index, built);
   built.gaps.start(built.simulation);
   built.simulation.is_static = scene.time->is_static;
   built.simulation.preload = preload_steps(scene);

@@ -15,6 +15,8 @@
 
 namespace cbr {
 
+struct MeshModes;
+
 // A scene's instances ready to move, and what the outputs need to know of them beyond Body.
 struct BuiltScene {
   Simulation simulation;
@@ -26,6 +28,7 @@ struct BuiltScene {
     std::shared_ptr<const Mesh> mesh;
     std::vector<BlockProperties> properties;
     std::vector<Index> body_node;  // of each node of the mesh
+    std::shared_ptr<const MeshModes> modes;  // BuildOptions::mesh_modes
     Index n_shell_faces = 0;       // of the skin, that act
     Placement placement;
     double mass = 0;

@@ -94,18 +94,32 @@ Needs needs_of(const SceneIndex& index, const Component& component, const Reduce
   return needs;
 }
 
-SuperelementParts parts_to_read(const Scene& scene, const Needs& needs) {
-  return {needs.matrices, needs.diagonal, !scene.output.fields.empty()};
-}
+SuperelementParts parts_to_read(const Needs& needs, bool recovery) { return {needs.matrices, needs.diagonal, recovery}; }
 
 constexpr SuperelementParts light = {false, false, false};  // enough to tell the needs by
 
-Geometry geometry_of(const JoinedNodes& nodes) {
+Geometry geometry_of(const JoinedNodes& nodes, const SuperelementGroup& group) {
   Geometry geometry;
   geometry.node_ids = nodes.node_ids, geometry.coordinates = nodes.coordinates, geometry.nodesets = nodes.nodesets;
   for (const Surface& surface : nodes.surfaces) geometry.surfaces[surface.name] = surface;
   geometry.reduced = true;
+  for (const Superelement& domain : group.domains)
+    for (const auto& [name, of_set] : domain.recovered_sets) geometry.recovered.insert(name);
   return geometry;
+}
+
+Geometry geometry_of_group(const SuperelementGroup& group) { return geometry_of(join_nodes(group), group); }
+
+// Fields, stress, and histories of sets inside.
+bool needs_recovery(const Scene& scene, const Component& component, const Geometry& geometry) {
+  if (!scene.output.fields.empty()) return true;
+  for (const Instance* instance : instances_of(scene, component, InstanceKind::superelement)) {
+    for (const StressOptions& stress : scene.output.stress)
+      if (stress.instance == instance->name) return true;
+    for (const SurfaceName& name : scene.output.history)
+      if (name.instance == instance->name && is_inside(geometry, name.surface)) return true;
+  }
+  return false;
 }
 
 std::shared_ptr<const Geometry> geometry_in(const Component& component, Geometry geometry) {
@@ -145,8 +159,9 @@ ReducedComponent of_one(const SceneIndex& index, const Component& component, con
   add_part(superelement, std::move(node), reduced);
   reduced.n_dofs = superelement->n_coordinates();
   const bool stored = !options.half_modes && stores_diagonal_form(file);
-  SuperelementParts parts{true, false, superelement->is_characteristic() && !index.scene().output.fields.empty()};
-  if (superelement->has_interface_matrices()) parts = parts_to_read(index.scene(), needs_of(index, component, reduced, stored));
+  const bool recovery = needs_recovery(index.scene(), component, *reduced.geometry);
+  SuperelementParts parts{true, false, superelement->is_characteristic() && recovery};
+  if (superelement->has_interface_matrices()) parts = parts_to_read(needs_of(index, component, reduced, stored), recovery);
   *superelement = read_superelement(file, parts);
   check_rigid_motions(*superelement, file.string());
   if (options.half_modes) {
@@ -163,14 +178,14 @@ ReducedComponent of_group(const SceneIndex& index, const Component& component, c
   const JoinedNodes nodes = join_nodes(group);
   ReducedComponent reduced;
   reduced.options = options;
-  reduced.geometry = geometry_in(component, geometry_of(nodes));
+  reduced.geometry = geometry_in(component, geometry_of(nodes, group));
   reduced.rigid_body = group.rigid_body;
   reduced.conditioning = group.conditioning;
   reduced.left_out = left_out_in(group.provenance);
   for (const Superelement& domain : group.domains) reduced.n_modal += domain.k();
   reduced.n_dofs = reduced.n_modal + 3 * nodes.coordinates.rows();
   const Needs needs = needs_of(index, component, reduced, !options.half_modes && stores_diagonal_form(file));
-  group = read_superelement_group(file, parts_to_read(index.scene(), needs));
+  group = read_superelement_group(file, parts_to_read(needs, needs_recovery(index.scene(), component, *reduced.geometry)));
   for (std::size_t d = 0; d < group.domains.size(); ++d)
     check_rigid_motions(group.domains[d], file.string() + ": /domains/" + std::to_string(d + 1));
   if (options.half_modes) {
@@ -285,7 +300,7 @@ void check_reduced(const Scene& scene, const Component& component, Report& repor
   if (uses.empty()) return;
   const std::filesystem::path& file = component.reduction->superelement;
   check_uses(uses,
-             *geometry_in(component, is_superelement_group(file) ? geometry_of(join_nodes(read_superelement_group(file, light)))
+             *geometry_in(component, is_superelement_group(file) ? geometry_of_group(read_superelement_group(file, light))
                                                                  : geometry_of(read_superelement(file, light))));
 }
 
@@ -331,8 +346,9 @@ void warn_of_two_masses(const Scene& scene, const Component& component, const Me
                  "mass: lumped, or consistent, to compare the two");
 }
 
-MeshedComponent read_meshed(const Scene& scene, const Component& component, Report& report) {
+MeshedComponent read_meshed(const Scene& scene, const Component& component, const BuildOptions& options, Report& report) {
   MeshedComponent meshed;
+  meshed.modes = options.mesh_modes;
   {
     const auto phase = report.phase("read");
     meshed.mesh = std::make_shared<Mesh>(read_mesh(component.mesh));
@@ -350,7 +366,7 @@ MeshedComponent read_meshed(const Scene& scene, const Component& component, Repo
   meshed.body_node = fe->row;
   meshed.geometry = std::make_shared<Geometry>(cbr::geometry_of(*meshed.mesh, *fe));
   const auto instances = instances_of(scene, component, InstanceKind::mesh);
-  if (std::any_of(instances.begin(), instances.end(),
+  if (!meshed.modes && std::any_of(instances.begin(), instances.end(),
                   [&](const Instance* i) { return coordinates_of_mesh(scene, *i, *meshed.geometry) == Coordinates::nodal; }))
     meshed.model = std::make_shared<MeshModel>(naming(component.mesh, [&] {
       return mass_of_mesh(component) == MassKind::lumped
@@ -371,8 +387,8 @@ ReducedComponent read_reduced_component(const SceneIndex& index, const Component
   return naming(component, [&] { return read_reduced(index, component, options, report); });
 }
 
-MeshedComponent read_meshed_component(const Scene& scene, const Component& component, Report& report) {
-  return naming(component, [&] { return read_meshed(scene, component, report); });
+MeshedComponent read_meshed_component(const Scene& scene, const Component& component, const BuildOptions& options, Report& report) {
+  return naming(component, [&] { return read_meshed(scene, component, options, report); });
 }
 
 }  // namespace cbr

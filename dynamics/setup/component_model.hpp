@@ -27,11 +27,18 @@ struct ReducedPart {
   Index first_mode = 0;     // its modal coordinates among the body's
 };
 
+// Which modes of a mesh.
+struct MeshModesWanted {
+  std::optional<Index> count;  // the lowest so many; not given: as many as there are up to a frequency, and the next
+  double up_to_hz = 0;
+};
+
 // What the command line of cbr-dyn says.
 struct BuildOptions {
   // With central differences and newmark, superelements up to this many coordinates move in their diagonal form. Not given: those
   // whose file has it, and small ones.
   std::optional<Index> diagonal_limit;
+  std::optional<MeshModesWanted> mesh_modes = {};  // meshes move in these modes: frequencies and harmonic response
   bool half_modes = false;  // every superelement with half of its modes: of the run that --check-error compares with
 };
 
@@ -57,6 +64,7 @@ struct MeshedComponent {
   std::vector<Index> body_node;             // of each node of the mesh: the body's node, or -1
   std::shared_ptr<const FiniteElementModel> fe;
   std::shared_ptr<const MeshModel> model;  // when an instance moves as a MeshBody
+  std::optional<MeshModesWanted> modes;
 };
 
 bool has_shells(const Scene& scene, const Instance& instance, const Geometry& geometry);
@@ -80,6 +88,6 @@ void check_reduced_component(const Scene& scene, const Component& component, Rep
 // also a set that the scene names and that it does not have.
 ReducedComponent read_reduced_component(const SceneIndex& index, const Component& component, const BuildOptions& options,
                                         Report& report);
-MeshedComponent read_meshed_component(const Scene& scene, const Component& component, Report& report);
+MeshedComponent read_meshed_component(const Scene& scene, const Component& component, const BuildOptions& options, Report& report);
 
 }  // namespace cbr

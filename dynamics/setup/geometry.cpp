@@ -26,6 +26,12 @@ std::string names(const Geometry& geometry, bool with_nodesets) {
   throw InputError(message);
 }
 
+[[noreturn]] void refuse_without_recovery(const SetUse& use, const Geometry& geometry) {
+  throw InputError(place_of(use) + "the superelement has no recovery data of this set, from which stress follows (it has: " +
+                   (geometry.recovered.empty() ? "none" : join({geometry.recovered.begin(), geometry.recovered.end()})) +
+                   ")" + (geometry.has_mesh ? ": give reduction: {recovery: [" + use.set + "]}, or recovery: true, and run cbr-reduce --force" : ""));
+}
+
 }  // namespace
 
 Geometry geometry_of(const Superelement& superelement) {
@@ -35,6 +41,7 @@ Geometry geometry_of(const Superelement& superelement) {
   geometry.coordinates = superelement.coordinates;
   for (const Surface& surface : superelement.surfaces) geometry.surfaces[surface.name] = surface;
   geometry.nodesets = superelement.nodesets;
+  for (const auto& [name, nodes] : superelement.recovered_sets) geometry.recovered.insert(name);
   return geometry;
 }
 
@@ -55,6 +62,10 @@ Geometry geometry_of(const Mesh& mesh, const FiniteElementModel& model) {
   return geometry;
 }
 
+bool is_inside(const Geometry& geometry, const std::string& set) {
+  return geometry.surfaces.count(set) == 0 && geometry.nodesets.count(set) == 0 && geometry.recovered.count(set) > 0;
+}
+
 const Surface& find_surface(const Geometry& geometry, const std::string& instance, const std::string& name,
                             const SourceLine& source) {
   const auto it = geometry.surfaces.find(name);
@@ -64,6 +75,8 @@ const Surface& find_surface(const Geometry& geometry, const std::string& instanc
 
 void check_uses(const std::vector<SetUse>& uses, const Geometry& geometry) {
   for (const SetUse& use : uses) {
+    if (use.may_be_inside && geometry.recovered.count(use.set) > 0) continue;
+    if (use.is_of_stress && geometry.reduced) refuse_without_recovery(use, geometry);
     if (use.needs_faces) find_surface(geometry, use.instance, use.set, use.source);
     if (!use.needs_faces) find_nodes(geometry, use.instance, use.set, use.source);
   }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -21,12 +22,16 @@ struct Geometry {
   Points coordinates;
   std::map<std::string, Surface> surfaces;
   std::map<std::string, std::vector<Index>> nodesets;
+  std::set<std::string> recovered;  // sets that recovery data of a superelement know, inside too
   bool reduced = false;  // a superelement: what it does not keep is not there
   bool has_mesh = true;  // false: a superelement file alone, which nobody can reduce again
 };
 
 Geometry geometry_of(const Superelement& superelement);
 Geometry geometry_of(const Mesh& mesh, const FiniteElementModel& model);
+
+// Whether the set is one of recovery data alone, not of the body's nodes.
+bool is_inside(const Geometry& geometry, const std::string& set);
 
 // InputError at `source`, with the names there are and the cure: for a superelement, to keep the surface and reduce again.
 const Surface& find_surface(const Geometry& geometry, const std::string& instance, const std::string& name,

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "common/static_forces.hpp"
+#include "common/error.hpp"
 #include "dynamics/bodies/characteristic_form.hpp"
 #include "dynamics/bodies/coupled_body.hpp"
 #include "dynamics/bodies/driven_body.hpp"
@@ -15,6 +16,7 @@
 #include "dynamics/bodies/superelement_body.hpp"
 #include "dynamics/bodies/truncated_form.hpp"
 #include "dynamics/bodies/turning_body.hpp"
+#include "dynamics/setup/mesh_modes.hpp"
 #include "dynamics/setup/skin_shells.hpp"
 #include "dynamics/setup/support_motion.hpp"
 #include "dynamics/setup/turning.hpp"
@@ -205,7 +207,19 @@ InstanceBody BodyMaker::make_held(const Instance& instance, const ReducedCompone
                                                            : make_modal(instance, component);
 }
 
+InstanceBody BodyMaker::make_mesh_modes(const Instance& instance, const MeshedComponent& component) const {
+  if (has_shells(scene_, instance, *component.geometry))
+    throw InputError(scene_.skin->source.text() + ": skin: instance '" + instance.name +
+                     "' (as: mesh) cannot carry shells that act with --modes or --sweep: use as: superelement");
+  auto modes = std::make_shared<MeshModes>(
+      mesh_modes(component, held_directions(index_, instance, *component.geometry), *component.modes, where(instance)));
+  auto body = std::make_unique<SuperelementBody>(instance.name, modes->nodes, modes->form, placement_of(index_, instance), Scheme::exact);
+  body->sum_forces();
+  return {std::move(body), modes->nodes->rigid_body.mass, modes};
+}
+
 InstanceBody BodyMaker::make_held(const Instance& instance, const MeshedComponent& component) {
+  if (component.modes) return make_mesh_modes(instance, component);
   if (coordinates_of_mesh(scene_, instance, *component.geometry) == Coordinates::coupled)
     return make_coupled(instance, *component.geometry, shelled(instance, component));
   auto body = std::make_unique<MeshBody>(instance.name, component.model, placement_of(index_, instance),

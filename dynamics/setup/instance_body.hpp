@@ -17,9 +17,12 @@ namespace cbr {
 // The held directions of an instance in component axes; several conditions on one node are joined.
 std::vector<HeldDirection> held_directions(const SceneIndex& index, const Instance& instance, const Geometry& geometry);
 
+struct MeshModes;
+
 struct InstanceBody {
   std::unique_ptr<Body> body;
   double mass = 0;  // with shells
+  std::shared_ptr<const MeshModes> modes = {};
 };
 
 class BodyMaker {
@@ -42,6 +45,7 @@ class BodyMaker {
   // With supports at rest, in axes that move with them; and with their motion.
   InstanceBody make_held(const Instance& instance, const ReducedComponent& component);
   InstanceBody make_held(const Instance& instance, const MeshedComponent& component);
+  InstanceBody make_mesh_modes(const Instance& instance, const MeshedComponent& component) const;
   InstanceBody driven(const Instance& instance, InstanceBody held) const;
   template <typename Component>
   Shelled& shelled(const Instance& instance, const Component& component);

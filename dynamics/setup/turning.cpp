@@ -41,7 +41,8 @@ void refuse_what_does_not_turn(const Scene& scene) {
       refuse(load.source, "time.rotations: large takes no load but gravity, found a traction or a force");
   if (skin_acts(scene)) refuse(scene.skin->source, "time.rotations: large does not go with shells that act (skin)");
   const auto& fields = scene.output.fields;
-  if (std::find(fields.begin(), fields.end(), "stress") != fields.end())
+  const auto is_stress = [](const std::string& field) { return field == "stress" || field == "nodal_stress"; };
+  if (std::any_of(fields.begin(), fields.end(), is_stress))
     refuse(scene.output.source, "output.fields does not go with time.rotations: large: leave one of the two out");
   for (const Instance& instance : scene.instances)
     if (instance.as == InstanceKind::mesh) refuse(instance, "time.rotations: large turns superelements only, found as: mesh");

@@ -5,11 +5,14 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
 #include <numbers>
 #include <string>
 #include <vector>
 
 #include "common/error.hpp"
+#include "common/hdf5_file.hpp"
+#include "dynamics/output/linear_results.hpp"
 #include "tests/support/scene_run.hpp"
 
 namespace cbr {
@@ -35,7 +38,7 @@ class OfScene : public ::testing::Test {
 
   std::vector<InstanceModes> modes(const std::string& yaml, Index n) const {
     Report report("test", Verbosity::quiet);
-    return scene_modes(folder.prepare(yaml).scene, n, report);
+    return std::move(scene_modes(folder.prepare(yaml).scene, n, report).instances);
   }
 
   SceneFolder folder;
@@ -78,14 +81,78 @@ TEST_F(OfScene, FreeInstancesHaveSixRigidMotions) {
   for (Index j = 6; j < 10; ++j) EXPECT_NEAR(found[0].frequency_hz[j], found[1].frequency_hz[j], 1e-8 * found[1].frequency_hz[j]);
 }
 
-TEST_F(OfScene, TiedSurfacesAreRefusedByName) {
-  const std::string yaml = scene("one.exo", "interface: [x_min, x_max, y_min, y_max], modes: 0",
-                                 "contact:\n  - {between: [reduced.y_max, full.y_min], tied: true, adjust: 9}\n");
-  try {
-    modes(yaml, 3);
-    FAIL() << "no error";
-  } catch (const InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("contact: tied: --modes"), std::string::npos) << error.what();
+TEST_F(OfScene, OpenContactIsLeftOut) {
+  const std::string reduction = "interface: [x_min, x_max, y_min, y_max], modes: 0";
+  const auto with = modes(scene("one.exo", reduction, "contact:\n  - {between: [reduced.y_max, full.y_min]}\n"), 3);
+  const auto without = modes(scene("one.exo", reduction), 3);
+  ASSERT_EQ(with.size(), 2u);
+  for (std::size_t i = 0; i < 2; ++i) EXPECT_EQ(with[i].frequency_hz, without[i].frequency_hz);
+}
+
+// Two halves that are tied node by node are the whole: free and held.
+class Halves : public OfScene, public ::testing::WithParamInterface<std::string> {};
+
+TEST_P(Halves, TiedTogetherAreTheWhole) {
+  folder.add("half.exo", test::block_mesh({{6, 2, 2}, {0.5, 0.1, 0.1}}));
+  const std::string& as = GetParam();
+  const std::string &instance_as = as, basis = "modes: 135";  // all that there are
+  for (const std::string& boundary : {std::string(), std::string("boundary: [{instance: a, nodes: x_min, fix: [x, y, z]}, "
+                                                                 "{instance: whole, nodes: x_min, fix: [x, y, z]}]\n")}) {
+    const auto found = modes(
+        "materials: {soft: {youngs_modulus: 200, poissons_ratio: 0.3, density: 1, damping: {alpha: 0.5, beta: 0.001}}}\n"
+        "components:\n  half: {mesh: half.exo, material: soft, mass: lumped, reduction: {interface: [x_min, x_max], " +
+            basis + "}}\n  whole: {mesh: beam.exo, material: soft, mass: lumped}\ninstances:\n  a: {component: half, as: " + instance_as +
+            "}\n  b: {component: half, as: " + instance_as +
+            ", position: [0.5, 0, 0]}\n  whole: {component: whole, as: mesh, position: [0, 9, 0]}\n"
+            "contact: [{between: [a.x_max, b.x_min], tied: true}]\n" +
+            boundary + "time: {end: 1}\n",
+        12);
+    ASSERT_EQ(found.size(), 2u);
+    EXPECT_EQ(found[0].instance, "a+b");
+    EXPECT_EQ(found[1].instance, "whole");
+    const double scale = found[1].frequency_hz[11], bound = 1e-8;
+    double worst = 0;
+    for (Index j = 0; j < 12; ++j) {
+      worst = std::max(worst, std::abs(found[0].frequency_hz[j] - found[1].frequency_hz[j]) / scale);
+      EXPECT_NEAR(found[0].frequency_hz[j], found[1].frequency_hz[j], bound * scale) << as << " " << j;
+      EXPECT_NEAR(found[0].damping_ratio[j], found[1].damping_ratio[j], bound) << as << " " << j;
+    }
+    std::printf("%s, %s: largest error %.2g of the highest frequency\n", as.c_str(), boundary.empty() ? "free" : "held", worst);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Models, Halves, ::testing::Values("superelement"), [](const auto& of) { return of.param; });
+
+// Shapes as fields: the first bending shape of a cantilever, whose tip moves most, and whose mass is 1.
+TEST_F(OfScene, ShapesAreFieldsOfModalMassOne) {
+  Report report("test", Verbosity::quiet);
+  std::string yaml = scene("beam.exo", "interface: [x_min, x_max], modes: 297, recovery: true", held) + "output: {fields: [displacement, stress]}\n";
+  test::Ran ran = folder.prepare(yaml);
+  SceneModes modes = scene_modes(ran.scene, 2, report);
+  write_modes(folder.folder() / "modes.h5", modes, report);
+  const Hdf5Reader file(folder.folder() / "modes.h5"), fields(folder.folder() / "modes.fields.h5");
+  EXPECT_EQ(file.read_string("/", "format"), "cbr-modes");
+  const Vector hz = file.read_vector("/instances/full/frequency_hz");
+  EXPECT_EQ(hz, modes.instances[1].frequency_hz);
+  const std::vector<Index> step = file.read_indices("/instances/full/field_step");
+  ASSERT_EQ(step, (std::vector<Index>{2, 3}));
+  for (const std::string& grid : fields.children("/grids")) {
+    const std::string instance = fields.read_string("/grids/" + grid, "instance");
+    const Points u = fields.read_points("/steps/2/" + grid + "/displacement"), X = fields.read_points("/grids/" + grid + "/points");
+    if (instance != "full") {
+      EXPECT_EQ(u, Points(Points::Zero(u.rows(), 3)));
+      continue;
+    }
+    // Lumped: a node at an edge of the section has a quarter of the mass of one inside
+    double mass = 0, tip = 0;
+    for (Index i = 0; i < u.rows(); ++i) {
+      const auto half = [](double x, double end) { return x < 1e-9 || x > end - 1e-9 ? 0.5 : 1.0; };
+      const double y = X(i, 1) - 9;
+      mass += 0.01 / 48 * half(X(i, 0), 1) * half(y, 0.1) * half(X(i, 2), 0.1) * u.row(i).squaredNorm();
+      if (X(i, 0) > 1 - 1e-9) tip = std::max(tip, u.row(i).norm());
+    }
+    EXPECT_NEAR(mass, 1, 1e-10);
+    EXPECT_NEAR(tip, u.rowwise().norm().maxCoeff(), 1e-12 * tip);
   }
 }
 

@@ -22,10 +22,16 @@ tip = k + np.flatnonzero((x[node] > x.max() - 1e-9) & (component == 2))
 along = np.zeros(k + c)
 along[k + np.flatnonzero(component == 2)] = 1
 
-# Motion relative to the base: (K + i omega C - omega^2 M) w = -M 1 a, damping acts on it alone
-w = np.zeros(k + c, complex)
-D = K + 1j * omega * (ALPHA * M + BETA * K) - omega**2 * M
-w[free] = np.linalg.solve(D[np.ix_(free, free)], -(M @ along)[free] * ACCELERATION)
+
+def relative_motion(omega):
+    """Of all coordinates, relative to the base: (K + i omega C - omega^2 M) w = -M 1 a; damping acts on it alone."""
+    w = np.zeros(k + c, complex)
+    D = K + 1j * omega * (ALPHA * M + BETA * K) - omega**2 * M
+    w[free] = np.linalg.solve(D[np.ix_(free, free)], -(M @ along)[free] * ACCELERATION)
+    return w
+
+
+w = relative_motion(omega)
 tip_expected = w[tip].mean()
 # The supports' force is what changes the momentum
 force_expected = mass * ACCELERATION - omega**2 * (along @ M @ w)
@@ -35,6 +41,11 @@ with h5py.File(sys.argv[1] + "/beam.h5") as f:
     z = {name: f[f"surfaces/beam.{name}/mean_position"][:, 2] for name in ("x_min", "x_max")}
     reaction = f["instances/beam/reaction"][:, 2]
     total, external, damping = (f["energy/" + name][:] for name in ("total", "work_external", "work_damping"))
+
+with h5py.File(sys.argv[1] + "/sweep.h5") as f:
+    hz = f["frequency_hz"][:]
+    swept = f["surfaces/beam.x_max/displacement_real"][:, 2] + 1j * f["surfaces/beam.x_max/displacement_imag"][:, 2]
+sweep_expected = np.array([relative_motion(2 * np.pi * f)[tip].mean() - ACCELERATION / (2 * np.pi * f) ** 2 for f in hz])
 
 
 def amplitude(value, at):
@@ -54,6 +65,7 @@ checks = [
     ("tip beside the base, from the transfer function", abs(tip_found / tip_expected - 1), 2e-4),
     ("force of the shaker, likewise", abs(force_found / force_expected - 1), 2e-4),
     ("base, from its double integral", abs(amplitude(z["x_min"], t) / (-ACCELERATION / omega**2) - 1), 2e-4),
+    ("sweep of the tip, from the transfer function", np.abs(swept / sweep_expected - 1).max(), 1e-7),
     ("energy that no work accounts for, share", np.abs(total - total[0] - external - damping).max() / total.max(), 1e-9),
 ]
 missed = 0

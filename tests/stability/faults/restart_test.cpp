@@ -253,6 +253,19 @@ TEST_F(Restart, SkipsOnAsBefore) {
   expect_same_after_restarts(scene + "contact: all\ntime: {end: 5}\noutput: {every: 0.25, history: [a.x_max, b.x_min]}\n");
 }
 
+// Histories of stress, the worst elements and envelopes, and a sensor inside.
+TEST_F(Restart, Stress) {
+  for (const char* right : {"superelement", "mesh"}) {
+    std::string yaml = impact("superelement", right, "", "", pulse);
+    const auto replace = [&](const std::string& old, const std::string& with) { yaml.replace(yaml.find(old), old.size(), with); };
+    replace("modes: 15}", "modes: 15, recovery: true}");
+    replace("history: [left.x_max, right.x_min]}",
+            "history: [left.x_max, right.x_min, left.y_min], stress: [left.x_max, {instance: left, elements: [5], worst: 4, "
+            "envelope: true}, {instance: right, envelope: true}]}");
+    expect_same_after_restarts(yaml);
+  }
+}
+
 TEST_F(Restart, TiedSurfaces) {
   for (const char* formulation : {"node-face", "mortar"})
     for (const char* integrator : {"exact", "newmark, step: 0.004"})

@@ -63,7 +63,9 @@ output:
   history: [left.contact, right.contact]
   fields: [displacement, stress, contact_pressure]
   format: exodus
+  stress: [left.root, {instance: right, elements: [3, 17], worst: 5, envelope: true}]
   checkpoint: {every: 2.5e-7, file: keep/impact.h5}
+sweep: {from_hz: 12.5, to_hz: 2125, points: 57, spacing: log, modes: 43}
 )";
 
 // A component that is a superelement alone: its file is all that the scene says of it.

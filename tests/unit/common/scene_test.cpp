@@ -98,6 +98,13 @@ TEST(Scene, everyKeyOfARunArrives) {
   EXPECT_EQ(scene.time->alpha, -0.125);
   EXPECT_EQ(scene.output.every, 1e-7);
   EXPECT_EQ(scene.output.history.at(1).text(), "right.contact");
+  ASSERT_EQ(scene.output.stress.size(), 2u);
+  EXPECT_EQ(scene.output.stress[0].instance + " " + scene.output.stress[0].set, "left root");
+  EXPECT_EQ(scene.output.stress[1].elements, (std::vector<Index>{3, 17}));
+  EXPECT_EQ(scene.output.stress[1].worst, 5);
+  EXPECT_TRUE(scene.output.stress[1].envelope);
+  EXPECT_EQ(scene.sweep->to_hz, 2125);
+  EXPECT_TRUE(scene.sweep->is_logarithmic);
   EXPECT_EQ(scene.output.fields, (std::vector<std::string>{"displacement", "stress", "contact_pressure"}));
   EXPECT_EQ(scene.output.format, FieldFormat::exodus);
   EXPECT_EQ(scene.output.checkpoint->every, 2.5e-7);
@@ -235,7 +242,9 @@ TEST(Scene, writtenAndReadIsTheSameScene) {
         "3810",          "2.5e-10",        "[x, z]",         "6.9e+08",          "-9.81",           "penalty",
         "nodal",         "friction: 0.25", "newmark",        "force: true",      "right.contact",   "stress",
         "\"true\"",      "two-way",        "mortar",         "damping: 0.125",   "adjust: 1e-05",   "tied: true",
-        "inside: true",  "radius: 0.0015", "between: all",   "\"the ball\"",     "axis: [0, -1, 0]"}) {
+        "inside: true",  "radius: 0.0015", "between: all",   "\"the ball\"",     "axis: [0, -1, 0]",
+        "left.root",     "elements: [3, 17]", "worst: 5",    "envelope: true",   "from_hz: 12.5",   "points: 57",
+        "spacing: log",  "modes: 43"}) {
     EXPECT_NE(once.find(value), std::string::npos) << value;
   }
 }

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/output/linear_results.hpp"
+
+#include <fstream>
+
+#include "common/error.hpp"
+#include "common/hdf5_file.hpp"
+#include "common/output_file.hpp"
+#include "common/program.hpp"
+#include "dynamics/output/fields.hpp"
+
+namespace cbr {
+namespace {
+
+void write_header(Hdf5Writer& file, const std::string& format) {
+  file.attribute("/", "format", format);
+  file.attribute("/", "format_version", std::string("1.0"));
+  file.attribute("/", "generator", std::string("cbr-dyn ") + version());
+}
+
+void write_table(const std::filesystem::path& path, const HarmonicResponse& response) {
+  TemporaryFile temporary(path);
+  std::ofstream out(temporary.path());
+  out << "surface,frequency_hz,x_real,x_imag,y_real,y_imag,z_real,z_imag\n";
+  out.precision(17);
+  for (const HarmonicResponse::OfSet& set : response.sets) {
+    for (Index i = 0; i < response.frequency_hz.size(); ++i) {
+      out << set.name << "," << response.frequency_hz[i];
+      for (int axis = 0; axis < 3; ++axis)
+        out << "," << set.displacement(i, axis).real() << "," << set.displacement(i, axis).imag();
+      out << "\n";
+    }
+  }
+  out.close();
+  if (!out) throw RunError(path.string() + ": cannot be written");
+  temporary.commit();
+}
+
+// One mode moves, and nothing else.
+void show(SceneModes& modes, const InstanceModes& of, Index mode) {
+  for (ModalBody& body : modes.scene->bodies) body.take_shape(Vector::Zero(body.omega().size()));
+  for (std::size_t i = 0; i < of.bodies.size(); ++i)
+    modes.scene->bodies[static_cast<std::size_t>(of.bodies[i])].take_shape(of.shapes[i].col(mode));
+}
+
+}  // namespace
+
+std::filesystem::path sweep_table(const std::filesystem::path& results) {
+  return std::filesystem::path(results).replace_extension(".csv");
+}
+
+void write_sweep(const std::filesystem::path& path, const HarmonicResponse& response) {
+  Hdf5Writer file(path);
+  write_header(file, "cbr-sweep");
+  file.write("/frequency_hz", response.frequency_hz);
+  for (const HarmonicResponse::OfSet& set : response.sets) {
+    std::string name = set.name;
+    for (char& c : name)
+      if (c == '/') c = '_';
+    file.write("/surfaces/" + name + "/displacement_real", Points(set.displacement.real()));
+    file.write("/surfaces/" + name + "/displacement_imag", Points(set.displacement.imag()));
+  }
+  file.commit();
+  write_table(sweep_table(path), response);
+}
+
+void write_modes(const std::filesystem::path& path, SceneModes& modes, Report& report) {
+  Hdf5Writer file(path);
+  write_header(file, "cbr-modes");
+  FieldWriter fields(modes.scene->scene, modes.scene->built, path, report);
+  double number = 0;
+  for (const InstanceModes& of : modes.instances) {
+    file.write("/instances/" + of.instance + "/frequency_hz", of.frequency_hz);
+    file.write("/instances/" + of.instance + "/damping_ratio", of.damping_ratio);
+    std::vector<Index> steps;
+    for (Index j = 0; j < of.frequency_hz.size(); ++j) {
+      show(modes, of, j);
+      steps.push_back(static_cast<Index>(number));
+      fields.add(++number);
+    }
+    file.write("/instances/" + of.instance + "/field_step", steps);
+  }
+  fields.commit();
+  file.commit();
+}
+
+}  // namespace cbr
