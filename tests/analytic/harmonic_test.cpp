@@ -114,11 +114,8 @@ TEST_F(Harmonic, IsThatOfADenseSolutionOfTheMesh) {
     std::string component;
     double bound;
   };
-  // 12 elements along the beam; the interface's compliance is exact in all bases, the modes are all there are or reach far
-  for (const Case& c : {Case{", reduction: {interface: [x_min, x_max], modes: 297}", 1e-9},
-                        Case{", reduction: {interface: [x_min, x_max], modes: 40}", 1e-2},
-                        Case{", reduction: {basis: massless, interface: [x_min, x_max], modes: 15}", 1e-2},
-                        Case{", reduction: {basis: characteristic, interface: [x_min, x_max], modes: 40}", 5e-2}, Case{"", 1e-2}}) {
+  // All modes there are; the mesh in its modes up to 12 Hz and two terms for the others
+  for (const Case& c : {Case{", reduction: {interface: [x_min, x_max], modes: 297}", 1e-9}, Case{"", 1e-3}}) {
     const double pushed = error(in_beam_axes(respond(beam(c.component, push))), push_of_beam, Vector3::Zero());
     const double shaken = error(in_beam_axes(respond(beam(c.component, shake))), Vector3::Zero(), Vector3(5, 0, 2));
     std::printf("%-70s pushed %.2g, shaken %.2g\n", c.component.c_str(), pushed, shaken);
