@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // cbr-dyn: explicit dynamics of superelements and meshes with contact.
-#include <malloc.h>
-
 #include <CLI/CLI.hpp>
 
 #include "common/flush_denormals.hpp"
@@ -13,10 +11,7 @@
 
 int main(int argc, char** argv) {
   cbr::restart_with_better_kernels(argv);
-  // Matrices of a step come and go: giving their pages back each time costs more than the step, above all with threads
-  mallopt(M_MMAP_THRESHOLD, 1 << 28);
-  mallopt(M_TRIM_THRESHOLD, 1 << 30);
-  cbr::heap_on_huge_pages();
+  cbr::keep_heap_on_huge_pages();
   const cbr::FlushDenormals flush;  // before there are threads
   CLI::App app("Simulates a scene of superelements and meshes with contact, and writes results.", "cbr-dyn");
   app.footer(

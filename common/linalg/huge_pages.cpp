@@ -25,7 +25,9 @@ void prefer_huge_pages(const Matrix& A) {
   advise(A.data(), sizeof(double) * static_cast<std::size_t>(A.size()));
 }
 
-void heap_on_huge_pages() {
+void keep_heap_on_huge_pages() {
+  mallopt(M_MMAP_THRESHOLD, 1 << 28);
+  mallopt(M_TRIM_THRESHOLD, 1 << 30);
   constexpr int ahead = 256 << 20, usual = 1 << 20;
   mallopt(M_TOP_PAD, ahead);
   void* const grown = std::malloc(usual);  // more than is left: the heap grows by this and by `ahead`

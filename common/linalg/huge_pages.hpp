@@ -11,8 +11,9 @@ void prefer_huge_pages(const Matrix& A);
 Matrix on_huge_pages(Index rows, Index columns);  // not yet written
 Matrix zeros_on_huge_pages(Index rows, Index columns);
 
-// First in main(): asks for such pages for the next 256 MB that the heap grows by. They are only reserved, and use no memory before
-// they are written. Where a page fault is dear (20 us on some virtual machines) a run of a large face takes half of the time.
-void heap_on_huge_pages();
+// First in main(): freed memory stays with the program, and the next 256 MB that the heap grows by are asked for in such pages. They
+// are only reserved, and use no memory before they are written. Matrices of a step come and go: giving their pages back each time
+// costs more than the step. Where a page fault is dear (20 us on some virtual machines) a run of a large face takes half of the time.
+void keep_heap_on_huge_pages();
 
 }  // namespace cbr

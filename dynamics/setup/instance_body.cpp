@@ -130,7 +130,10 @@ InstanceBody BodyMaker::make_with_statics(const Instance& instance, const Reduce
 std::shared_ptr<const StaticsForm> BodyMaker::truncated(const Instance& instance, const ReducedComponent& component,
                                                         const DiagonalForm& form) {
   const TimeOptions& time = *scene_.time;
-  const bool is_free = !index_.is_held(instance) && !index_.has_loads(instance);
+  // What acts on nodes beside the contact faces would find no statics there
+  const bool has_points = !component_of(scene_, instance).points.empty();
+  const bool is_free = !index_.is_held(instance) && !index_.has_loads(instance) && !has_points;
+  if (time.is_static || preload_steps(scene_) > 0) return nullptr;
   if (time.step || time.cfl || !is_free || scheme_of(time) != Scheme::exact) return nullptr;
   if (!index_.may_touch(instance) || !index_.has_only_impulses(instance)) return nullptr;
   const auto [at, is_new] = truncated_.try_emplace(&form);
