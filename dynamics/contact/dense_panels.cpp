@@ -5,7 +5,6 @@
 #include <array>
 #include <cassert>
 
-#include "common/linalg/clones.hpp"
 #include "common/linalg/symmetric_product.hpp"
 #include "common/program.hpp"
 #include "common/row_threads.hpp"
@@ -22,9 +21,6 @@ struct __attribute__((packed, aligned(8), may_alias)) StoredLanes {
 const StoredLanes* at(const double* x) { return reinterpret_cast<const StoredLanes*>(x); }
 StoredLanes* at(double* x) { return reinterpret_cast<StoredLanes*>(x); }
 
-// A part of its caller, so that each clone of the caller has its own: docs/decisions/contact-cost.md.
-#define INLINED __attribute__((always_inline)) inline
-
 // Below this many bytes a thread costs more than it saves.
 constexpr double threaded_bytes = 4e6;
 
@@ -33,7 +29,7 @@ using Columns = std::array<const double*, P>;
 
 // y_k += columns x factor_k over the rows [begin, end)
 template <int P, int K>
-INLINED void add_panel(const Columns<P>& column, Index begin, Index end, const double (&factor)[K][P], const std::array<double*, K>& y) {
+void add_panel(const Columns<P>& column, Index begin, Index end, const double (&factor)[K][P], const std::array<double*, K>& y) {
   Index i = begin;
   for (; i + lanes <= end; i += lanes) {
     Lanes sum[K];
@@ -51,7 +47,7 @@ INLINED void add_panel(const Columns<P>& column, Index begin, Index end, const d
 
 // columns^T y over the rows [begin, end)
 template <int P>
-INLINED std::array<double, P> dot_panel(const Columns<P>& column, Index begin, Index end, const double* y) {
+std::array<double, P> dot_panel(const Columns<P>& column, Index begin, Index end, const double* y) {
   Lanes sums[P] = {};
   Index i = begin;
   for (; i + lanes <= end; i += lanes)
@@ -72,7 +68,7 @@ Columns<P> columns_from(const Matrix& L, Index first) {
 }
 
 template <int P>
-INLINED void lower_panel(const Matrix& L, Index first, Index n, double* y) {
+void lower_panel(const Matrix& L, Index first, Index n, double* y) {
   const Columns<P> column = columns_from<P>(L, first);
   double factor[1][P];
   for (int c = 0; c < P; ++c) {
@@ -84,7 +80,7 @@ INLINED void lower_panel(const Matrix& L, Index first, Index n, double* y) {
 }
 
 template <int P>
-INLINED void transposed_panel(const Matrix& L, Index first, Index n, double* y) {
+void transposed_panel(const Matrix& L, Index first, Index n, double* y) {
   const Columns<P> column = columns_from<P>(L, first);
   const std::array<double, P> dot = dot_panel<P>(column, first + P, n, y);
   for (int c = P - 1; c >= 0; --c) {
@@ -96,7 +92,7 @@ INLINED void transposed_panel(const Matrix& L, Index first, Index n, double* y) 
 }
 
 template <int P, int K>
-INLINED void add_some(const Matrix& S, const Index* columns, const Matrix& X, Index begin, Index end, Matrix& Y) {
+void add_some(const Matrix& S, const Index* columns, const Matrix& X, Index begin, Index end, Matrix& Y) {
   Columns<P> column;
   double factor[K][P];
   std::array<double*, K> y;
@@ -109,20 +105,11 @@ INLINED void add_some(const Matrix& S, const Index* columns, const Matrix& X, In
 }
 
 template <int K>
-INLINED void add_rows(const Matrix& S, const std::vector<Index>& columns, const Matrix& X, Index begin, Index end, Matrix& Y) {
+void add_rows(const Matrix& S, const std::vector<Index>& columns, const Matrix& X, Index begin, Index end, Matrix& Y) {
   const Index n = static_cast<Index>(columns.size());
   Index j = 0;
   for (; j + width <= n; j += width) add_some<width, K>(S, columns.data() + j, X, begin, end, Y);
   for (; j < n; ++j) add_some<1, K>(S, columns.data() + j, X, begin, end, Y);
-}
-
-CBR_CLONES void add_rows_of_one(const Matrix& S, const std::vector<Index>& columns, const Matrix& X, Index begin, Index end,
-                                Matrix& Y) {
-  add_rows<1>(S, columns, X, begin, end, Y);
-}
-CBR_CLONES void add_rows_of_two(const Matrix& S, const std::vector<Index>& columns, const Matrix& X, Index begin, Index end,
-                                Matrix& Y) {
-  add_rows<2>(S, columns, X, begin, end, Y);
 }
 
 }  // namespace
@@ -130,7 +117,7 @@ CBR_CLONES void add_rows_of_two(const Matrix& S, const std::vector<Index>& colum
 void add_columns(const Matrix& S, const std::vector<Index>& columns, const Matrix& X, Matrix& Y, int threads) {
   assert(X.cols() == 1 || X.cols() == 2);
   const auto rows = [&](Index begin, Index end) {
-    X.cols() == 2 ? add_rows_of_two(S, columns, X, begin, end, Y) : add_rows_of_one(S, columns, X, begin, end, Y);
+    X.cols() == 2 ? add_rows<2>(S, columns, X, begin, end, Y) : add_rows<1>(S, columns, X, begin, end, Y);
   };
   const Index n = S.rows();
   if (threads <= 1 || 8.0 * static_cast<double>(n) * static_cast<double>(columns.size()) < threaded_bytes) return rows(0, n);
@@ -148,13 +135,13 @@ Vector symmetric_product(const Matrix& S, const Vector& x) {
   return answer.col(0);
 }
 
-CBR_CLONES void solve_lower(const Matrix& L, Index n, double* y) {
+void solve_lower(const Matrix& L, Index n, double* y) {
   Index j = 0;
   for (; j + width <= n; j += width) lower_panel<width>(L, j, n, y);
   for (; j < n; ++j) lower_panel<1>(L, j, n, y);
 }
 
-CBR_CLONES void solve_lower_transposed(const Matrix& L, Index n, double* y) {
+void solve_lower_transposed(const Matrix& L, Index n, double* y) {
   Index j = n;
   while (j % width != 0) transposed_panel<1>(L, --j, n, y);
   for (; j > 0; j -= width) transposed_panel<width>(L, j - width, n, y);

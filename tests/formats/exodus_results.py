@@ -35,7 +35,7 @@ contact: [{between: [left.contact, right.contact]}]
 time: {end: 2.0e-4, step: 2.0e-6}
 output: {every: 2.0e-5, fields: [displacement, velocity, stress, contact_pressure], format: FORMATCHECKPOINT}
 """
-STRESSES = ["stress_" + name for name in "xx yy zz xy yz xz von_mises".split()]
+STRESSES = ["stress_" + name for name in "xx yy zz xy yz xz von_mises principal_1 principal_2 principal_3".split()]
 TYPES = {"Hexahedron": "HEX8", "Quadrilateral": "SHELL4"}
 
 

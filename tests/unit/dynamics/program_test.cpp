@@ -386,7 +386,7 @@ TEST_F(Program, FieldsReferToDatasetsThatAreThere) {
     EXPECT_EQ(shape[0], std::stol((*it)[1]));
     EXPECT_EQ(shape[1], std::stol((*it)[2]));
   }
-  EXPECT_EQ(found, 4 * 2 * 11);  // 4 times, 2 instances: cells, points, two fields, stress under seven names
+  EXPECT_EQ(found, 4 * 2 * 14);  // 4 times, 2 instances: cells, points, two fields, stress under ten names
   // Before they meet, the left block moves as a whole and has no stress.
   EXPECT_LT(heavy.read_matrix("/steps/0/0/stress_xx").norm(), 1e-12);
   EXPECT_NEAR(heavy.read_points("/steps/0/0/velocity")(7, 0), 0.3, 1e-12);
