@@ -21,15 +21,25 @@ namespace {
 using test::Ran;
 using test::SceneFolder;
 
+// Of a dataset of float64 or int64 with one or two dimensions.
+std::vector<double> numbers(const Hdf5Reader& file, const std::string& name) {
+  const bool is_table = file.shape(name).size() == 2;
+  const auto listed = [](const auto& values) { return std::vector<double>(values.data(), values.data() + values.size()); };
+  try {
+    return is_table ? listed(file.read_row_matrix(name)) : listed(file.read_vector(name));
+  } catch (const std::exception&) {
+    return is_table ? listed(file.read_index_table(name)) : listed(file.read_indices(name));
+  }
+}
+
 // Names of all datasets, each with its numbers.
 void collect(const Hdf5Reader& file, const std::string& group, std::map<std::string, std::vector<double>>& found) {
   for (const std::string& child : file.children(group)) {
     const std::string name = (group == "/" ? "" : group) + "/" + child;
     try {
-      const auto shape = file.shape(name);
-      const RowMatrix values = shape.size() == 2 ? file.read_row_matrix(name) : RowMatrix(file.read_vector(name));
-      found[name].assign(values.data(), values.data() + values.size());
+      found[name] = numbers(file, name);
     } catch (const std::exception&) {
+      found.erase(name);
       collect(file, name, found);
     }
   }
