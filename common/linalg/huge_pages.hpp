@@ -13,7 +13,7 @@ Matrix zeros_on_huge_pages(Index rows, Index columns);
 
 // First in main(): freed memory stays with the program, and the next 256 MB that the heap grows by are asked for in such pages. They
 // are only reserved, and use no memory before they are written. Matrices of a step come and go: giving their pages back each time
-// costs more than the step. Where a page fault is dear (20 us on some virtual machines) a run of a large face takes half of the time.
+// costs more than the step. docs/decisions/contact-cost.md, "Pages", has what page faults cost.
 void keep_heap_on_huge_pages();
 
 }  // namespace cbr
