@@ -18,7 +18,10 @@ endfunction()
 # Tests spend their time in the libraries, which keep the build's own flags. Builds through a compiler cache keep them for
 # tests too: they find again what was compiled before. At -O1 GCC 12 takes vectors that Eigen has filled for empty ones.
 if(CBR_PRECOMPILE)
-  set(CBR_TEST_FLAGS "$<$<CONFIG:Release>:-O1;-Wno-maybe-uninitialized>")
+  set(CBR_TEST_FLAGS "$<$<CONFIG:Release>:-O1>")
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    list(APPEND CBR_TEST_FLAGS "$<$<CONFIG:Release>:-Wno-maybe-uninitialized>")
+  endif()
 endif()
 
 # cbr_target(NAME [cbr_test_precompiled]): flags, and which precompiled headers (cmake/precompiled). Those of tests bring the

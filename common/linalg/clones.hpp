@@ -2,7 +2,13 @@
 // CBR_CLONES before a function: it is compiled for several instruction sets, of which the running machine's is taken.
 #pragma once
 
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__)
+#ifdef __has_feature
+#define CBR_CLANG_SANITIZES __has_feature(address_sanitizer)
+#else
+#define CBR_CLANG_SANITIZES 0
+#endif
+
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__SANITIZE_ADDRESS__) && !CBR_CLANG_SANITIZES
 #define CBR_CLONES __attribute__((target_clones("avx512f", "arch=haswell", "default")))
 #else
 #define CBR_CLONES

@@ -165,9 +165,11 @@ struct Kernels {
   decltype(&leapfrog) leap;
 };
 
-// Clang asks a processor for these levels from version 18 on.
-#if defined(__x86_64__) && !(defined(__clang__) && __clang_major__ < 18)
+// The levels x86-64-v3 and v4 by their parts: clang knows the levels' names from version 18 on.
+#ifdef __x86_64__
 #define CBR_HAS_LEVELS
+#define CBR_V3 "avx2,fma,bmi,bmi2,f16c,lzcnt,movbe"
+#define CBR_V4 CBR_V3 ",avx512f,avx512bw,avx512cd,avx512dq,avx512vl"
 #endif
 
 #define CBR_KERNELS(NAME, TARGET)                                                                                                \
@@ -189,15 +191,17 @@ struct Kernels {
 
 CBR_KERNELS(plain, )
 #ifdef CBR_HAS_LEVELS
-CBR_KERNELS(v3, __attribute__((target("arch=x86-64-v3"))))
-CBR_KERNELS(v4, __attribute__((target("arch=x86-64-v4"))))
+CBR_KERNELS(v3, __attribute__((target(CBR_V3))))
+CBR_KERNELS(v4, __attribute__((target(CBR_V4))))
 #endif
 
 Kernels best() {
 #ifdef CBR_HAS_LEVELS
   __builtin_cpu_init();
-  if (__builtin_cpu_supports("x86-64-v4")) return {products_v4, symmetric_v4, carry_v4, boxes_v4, leap_v4};
-  if (__builtin_cpu_supports("x86-64-v3")) return {products_v3, symmetric_v3, carry_v3, boxes_v3, leap_v3};
+  const bool v3 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi2");
+  const bool v4 = v3 && __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
+  if (v4) return {products_v4, symmetric_v4, carry_v4, boxes_v4, leap_v4};
+  if (v3) return {products_v3, symmetric_v3, carry_v3, boxes_v3, leap_v3};
 #endif
   return {products_plain, symmetric_plain, carry_plain, boxes_plain, leap_plain};
 }

@@ -13,7 +13,7 @@ namespace {
 // The modes of a diagonal form from number `first` on.
 class HighModes final : public ScaledPart {
  public:
-  HighModes(std::shared_ptr<const DiagonalForm> form, Index first, double clip) : form_(std::move(form)), first_(first) {
+  HighModes(std::shared_ptr<const DiagonalForm> form, Index first, double clip) : form_(std::move(form)) {
     scale_ = clip * form_->omega.tail(form_->omega.size() - first).cwiseInverse();
   }
 
@@ -40,7 +40,6 @@ class HighModes final : public ScaledPart {
 
  private:
   std::shared_ptr<const DiagonalForm> form_;
-  Index first_ = 0;
   Vector scale_;  // clip / omega
 };
 

@@ -11,7 +11,7 @@ namespace cbr::test {
 namespace {
 
 const Vector3 size(0.0508, 0.0254, 0.0381);
-constexpr Material material = {5.17e12, 0.3, 7836};
+const Material material = {5.17e12, 0.3, 7836};
 
 bool nothing(const Vector3&, int) { return false; }
 bool x_face(const Vector3& x, int) { return x(0) < 1e-9; }

@@ -9,7 +9,7 @@
 namespace cbr::test {
 namespace {
 
-constexpr Material steel = {200e9, 0.3, 8000};
+const Material steel = {200e9, 0.3, 8000};
 
 void expect_near(const Vector& hz, const std::vector<double>& targets, double tolerance) {
   for (std::size_t i = 0; i < targets.size(); ++i)

@@ -27,7 +27,7 @@ void PrintTo(const Case& c, std::ostream* out) {
   if (c.type == ElementType::hex8) *out << ' ' << name(c.hex8);
 }
 
-constexpr Material material = {1, 0.3, 1};
+const Material material = {1, 0.3, 1};
 const Vector3 box(1, 0.8, 1.3);
 
 // Maps the box to itself; the faces stay in their planes.

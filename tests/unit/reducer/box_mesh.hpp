@@ -21,7 +21,7 @@ struct BoxSides {
 
 // Sidesets x_min, x_max, y_min, ..., surface (all six); nodesets corner (1 node), edge (the nodes on the z edge at the origin).
 inline Mesh box_mesh(const BoxSides& box) {
-  const auto [nx, ny, nz] = box.n;
+  const Index nx = box.n[0], ny = box.n[1], nz = box.n[2];
   Mesh mesh;
   const auto node = [&](Index i, Index j, Index k) { return i + (nx + 1) * (j + (ny + 1) * k); };
   mesh.coordinates.resize((nx + 1) * (ny + 1) * (nz + 1), 3);

@@ -14,7 +14,7 @@
 namespace cbr::test {
 namespace {
 
-constexpr Material steel = {210e9, 0.3, 7850};
+const Material steel = {210e9, 0.3, 7850};
 
 // Every node inside moved at random, corners and (for quadratic elements) the middle nodes on their own: curved edges.
 Mesh distorted_box(ElementType type) {

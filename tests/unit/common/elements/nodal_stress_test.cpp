@@ -24,7 +24,7 @@ std::vector<Case> all_cases() {
   return cases;
 }
 
-constexpr Material material = {100, 0.25, 1};
+const Material material = {100, 0.25, 1};
 
 using Stress = Eigen::Matrix<double, 6, 1>;
 

@@ -11,7 +11,7 @@
 namespace cbr::test {
 namespace {
 
-constexpr Material steel = {210e9, 0.3, 7850};
+const Material steel = {210e9, 0.3, 7850};
 
 Matrix3 tilt() { return (Eigen::AngleAxisd(0.7, Vector3(1, 2, -0.5).normalized())).toRotationMatrix(); }
 

@@ -13,7 +13,7 @@
 namespace cbr::test {
 namespace {
 
-constexpr Material steel = {210e9, 0.3, 7850};
+const Material steel = {210e9, 0.3, 7850};
 
 // The surface of a box of n x n x n cells: corners, edges where shells meet at right angles.
 ShellMesh box_surface(Index n, const Vector3& size) {
