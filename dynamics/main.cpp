@@ -2,10 +2,10 @@
 // cbr-dyn: explicit dynamics of superelements and meshes with contact.
 #include <CLI/CLI.hpp>
 
-#include "common/flush_denormals.hpp"
+#include "common/app/program.hpp"
+#include "common/base/flush_denormals.hpp"
 #include "common/linalg/blas_kernels.hpp"
 #include "common/linalg/huge_pages.hpp"
-#include "common/program.hpp"
 #include "dynamics/output/checkpoint.hpp"
 #include "dynamics/program.hpp"
 

@@ -7,13 +7,13 @@
 #include <ostream>
 #include <sstream>
 
-#include "common/error.hpp"
+#include "common/app/program.hpp"
+#include "common/base/error.hpp"
+#include "common/base/machine_memory.hpp"
+#include "common/files/state_archive.hpp"
+#include "common/files/unchanged_files.hpp"
 #include "common/linalg/blas_threads.hpp"
-#include "common/machine_memory.hpp"
-#include "common/program.hpp"
-#include "common/scene.hpp"
-#include "common/state_archive.hpp"
-#include "common/unchanged_files.hpp"
+#include "common/scene/scene.hpp"
 #include "dynamics/output/checkpoint.hpp"
 #include "dynamics/output/contact_summary.hpp"
 #include "dynamics/output/fields.hpp"

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Front door of dynamics: cbr-dyn: one run from scene to files.
+//
 // What cbr-dyn does once its command line is read.
 #pragma once
 
@@ -6,7 +8,7 @@
 #include <iosfwd>
 #include <string>
 
-#include "common/report.hpp"
+#include "common/app/report.hpp"
 #include "dynamics/setup/component_model.hpp"
 
 namespace cbr {

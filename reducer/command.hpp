@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Front door of reducer: cbr-reduce: its command line, what it tells, and --info.
+//
 // What the command line of cbr-reduce asks for, and doing it.
 #pragma once
 
@@ -7,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "common/report.hpp"
-#include "common/scene.hpp"
+#include "common/app/report.hpp"
+#include "common/scene/scene.hpp"
 
 namespace CLI {
 class App;

@@ -4,13 +4,13 @@
 #include <ostream>
 #include <string>
 
-#include "common/error.hpp"
-#include "common/format_text.hpp"
-#include "common/hdf5_file.hpp"
-#include "common/report.hpp"
-#include "common/superelement_file.hpp"
-#include "common/superelement_group.hpp"
-#include "reducer/summary_text.hpp"
+#include "common/app/report.hpp"
+#include "common/base/error.hpp"
+#include "common/base/format_text.hpp"
+#include "common/files/hdf5_file.hpp"
+#include "common/superelement/superelement_file.hpp"
+#include "common/superelement/superelement_group.hpp"
+#include "reducer/judgement/summary_text.hpp"
 
 namespace cbr {
 namespace {

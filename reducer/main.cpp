@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <CLI/CLI.hpp>
 
+#include "common/app/program.hpp"
 #include "common/linalg/blas_kernels.hpp"
 #include "common/linalg/blas_threads.hpp"
-#include "common/program.hpp"
 #include "reducer/command.hpp"
 #include "reducer/info.hpp"
 

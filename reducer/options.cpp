@@ -4,8 +4,8 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "common/error.hpp"
-#include "common/program.hpp"
+#include "common/app/program.hpp"
+#include "common/base/error.hpp"
 #include "reducer/command.hpp"
 #include "reducer/exchange/export_superelement.hpp"
 #include "reducer/exchange/import_matrices.hpp"

@@ -7,9 +7,9 @@
 #include <set>
 #include <string>
 
-#include "common/format_text.hpp"
-#include "reducer/accuracy.hpp"
-#include "reducer/summary_text.hpp"
+#include "common/base/format_text.hpp"
+#include "reducer/judgement/accuracy.hpp"
+#include "reducer/judgement/summary_text.hpp"
 
 namespace cbr {
 namespace {

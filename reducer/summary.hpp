@@ -5,10 +5,10 @@
 #include <filesystem>
 #include <optional>
 
-#include "common/report.hpp"
-#include "common/superelement.hpp"
-#include "reducer/domains.hpp"
-#include "reducer/reduce.hpp"
+#include "common/app/report.hpp"
+#include "common/superelement/superelement.hpp"
+#include "reducer/bases/reduce.hpp"
+#include "reducer/domains/domains.hpp"
 
 namespace cbr {
 

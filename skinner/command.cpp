@@ -3,13 +3,13 @@
 
 #include <algorithm>
 
-#include "common/error.hpp"
-#include "common/left_out_blocks.hpp"
-#include "common/output_file.hpp"
-#include "common/scene.hpp"
-#include "common/staleness.hpp"
-#include "common/superelement.hpp"
-#include "common/unchanged_files.hpp"
+#include "common/base/error.hpp"
+#include "common/files/output_file.hpp"
+#include "common/files/unchanged_files.hpp"
+#include "common/scene/left_out_blocks.hpp"
+#include "common/scene/scene.hpp"
+#include "common/scene/staleness.hpp"
+#include "common/superelement/superelement.hpp"
 #include "skinner/skin.hpp"
 
 namespace cbr {

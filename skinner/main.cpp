@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <CLI/CLI.hpp>
 
+#include "common/app/program.hpp"
 #include "common/linalg/blas_kernels.hpp"
-#include "common/program.hpp"
 #include "skinner/command.hpp"
 
 int main(int argc, char** argv) {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "common/mesh/mesh.hpp"
-#include "common/scene.hpp"
+#include "common/scene/scene.hpp"
 
 namespace cbr {
 

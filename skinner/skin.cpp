@@ -5,8 +5,8 @@
 #include <map>
 #include <set>
 
-#include "common/error.hpp"
-#include "common/left_out_blocks.hpp"
+#include "common/base/error.hpp"
+#include "common/scene/left_out_blocks.hpp"
 #include "skinner/placed_mesh.hpp"
 
 namespace cbr {

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Front door of skinner: cbr-skin: shells on surfaces.
+//
 // Fictitious shells on sidesets, by which an explicit code sees the contact surface of a superelement.
 #pragma once
 
@@ -8,7 +10,7 @@
 
 #include "common/mesh/mesh.hpp"
 #include "common/mesh/surface.hpp"
-#include "common/scene.hpp"
+#include "common/scene/scene.hpp"
 
 namespace cbr {
 

@@ -20,7 +20,7 @@ ONE_PLACE = {
 }
 INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]', re.M)
 PRINTS = re.compile(r"std::(cerr|cout|clog)\b|\b(f?printf|puts)\s*\(")
-MAY_PRINT = {"common/report.cpp", "common/program.cpp"}
+MAY_PRINT = {"common/app/report.cpp", "common/app/program.cpp"}
 # Eigen/LU is more than a decomposition: inverse() and determinant() of small matrices.
 DECOMPOSITION_HEADER = re.compile(
     r"^(unsupported/)?Eigen/(Dense|Eigen|Sparse|Cholesky|QR|SVD|Eigenvalues|SparseCholesky|SparseLU|SparseQR|IterativeLinearSolvers)$")
@@ -29,12 +29,12 @@ DECOMPOSITION = re.compile(
     r"|Simplicial\w+)\s*<"
     r"|\.(llt|ldlt|lu|partialPivLu|fullPivLu|\w*[hH]ouseholderQr|jacobiSvd|bdcSvd|eigenvalues)\(\)")
 # The element matrix of every hexahedron: 9 x 9, unrolled.
-MAY_DECOMPOSE = {"common/elements/hex8.cpp"}
+MAY_DECOMPOSE = {"common/fem/elements/hex8.cpp"}
 
 
 def decompositions(name, text):
     """Breaches of the rule that a decomposition is instantiated in common/linalg alone."""
-    if name.startswith("common/linalg/dense") or name.startswith("common/linalg/sparse_lu.cpp") or name in MAY_DECOMPOSE:
+    if name.startswith("common/linalg/dense") or name.startswith("common/linalg/sparse/sparse_lu.cpp") or name in MAY_DECOMPOSE:
         return
     for header in INCLUDE.findall(text):
         if DECOMPOSITION_HEADER.match(header):
@@ -93,7 +93,7 @@ def main():
                     breaches.append(f"{name}: {part} includes {header}: only {', '.join(sorted(ALLOWED[part]))} may be included")
                 if target in PARTS and not (ROOT / header).exists():
                     breaches.append(f"{name}: includes {header}, which does not exist")
-                if name.startswith("dynamics/contact/") and header.startswith(("dynamics/bodies/", "common/superelement")):
+                if name.startswith("dynamics/contact/") and header.startswith(("dynamics/motion/", "common/superelement/")):
                     breaches.append(f"{name}: contact sees points, velocities and faces, not {header}")
                 for wanted in ONE_PLACE:
                     if header == wanted or header.endswith("/" + wanted):

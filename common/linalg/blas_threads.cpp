@@ -8,7 +8,7 @@
 #include <mutex>
 #include <vector>
 
-#include "common/format_text.hpp"
+#include "common/base/format_text.hpp"
 
 // Of OpenBLAS; not in cblas.h of every version.
 extern "C" {

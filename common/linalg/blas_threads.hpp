@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "common/types.hpp"
+#include "common/base/types.hpp"
 
 namespace cbr {
 

@@ -10,9 +10,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "common/app/program.hpp"
+#include "common/base/row_threads.hpp"
 #include "common/linalg/blas_threads.hpp"
-#include "common/program.hpp"
-#include "common/row_threads.hpp"
 
 namespace cbr {
 namespace {

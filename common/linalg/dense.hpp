@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Front door of common/linalg: dense algebra and its threads: the only code that calls LAPACK,
+// CHOLMOD, ARPACK.
+//
 // Factorisations and eigenpairs of dense matrices, compiled once. Eigen's decompositions stand behind this header and in no
 // other: a file that instantiates one takes the compiler five to ten seconds (CONTRIBUTING.md, "Build time").
 #pragma once
 
-#include "common/types.hpp"
+#include "common/base/types.hpp"
 
 #include <memory>
 #include <optional>

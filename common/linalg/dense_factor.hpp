@@ -2,7 +2,7 @@
 // Dense Cholesky factors, for matrices of some thousand rows that leave no room for copies.
 #pragma once
 
-#include "common/types.hpp"
+#include "common/base/types.hpp"
 
 namespace cbr {
 

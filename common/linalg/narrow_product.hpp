@@ -2,7 +2,7 @@
 // Products of a dense block with a panel of eight columns: what bounds them is reading the block, once, which BLAS packs first.
 #pragma once
 
-#include "common/types.hpp"
+#include "common/base/types.hpp"
 
 namespace cbr::narrow {
 

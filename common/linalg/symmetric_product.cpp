@@ -6,8 +6,8 @@
 #include <cassert>
 #include <cstring>
 
+#include "common/base/row_threads.hpp"
 #include "common/linalg/clones.hpp"
-#include "common/row_threads.hpp"
 
 namespace cbr {
 namespace {

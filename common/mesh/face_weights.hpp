@@ -2,8 +2,8 @@
 // Nodal forces of a uniform traction on faces.
 #pragma once
 
+#include "common/base/types.hpp"
 #include "common/mesh/surface.hpp"
-#include "common/types.hpp"
 
 namespace cbr {
 

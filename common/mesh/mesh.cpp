@@ -6,7 +6,7 @@
 #include <set>
 #include <unordered_set>
 
-#include "common/error.hpp"
+#include "common/base/error.hpp"
 
 namespace cbr {
 namespace {

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Front door of common/mesh: the mesh and its surfaces.
+//
 // A finite element mesh: nodes, element blocks, sidesets, nodesets. Node order inside an element and side numbers are
 // those of Exodus II, whatever file the mesh came from.
 #pragma once
@@ -8,8 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "common/base/types.hpp"
 #include "common/mesh/element_type.hpp"
-#include "common/types.hpp"
 
 namespace cbr {
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <array>
 
-#include "common/error.hpp"
+#include "common/base/error.hpp"
 
 namespace cbr {
 namespace {

@@ -2,7 +2,7 @@
 #include <numbers>
 #include <sstream>
 
-#include "common/scene_words.hpp"
+#include "common/scene/scene_words.hpp"
 #include "dynamics/output/results.hpp"
 
 namespace cbr {

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "dynamics/integrators/simulation.hpp"
+#include "dynamics/run/simulation.hpp"
 #include "dynamics/setup/build.hpp"
 
 namespace cbr {

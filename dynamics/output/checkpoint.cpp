@@ -7,10 +7,10 @@
 #include <sstream>
 #include <string_view>
 
-#include "common/error.hpp"
-#include "common/hdf5_file.hpp"
-#include "common/output_file.hpp"
-#include "common/program.hpp"
+#include "common/app/program.hpp"
+#include "common/base/error.hpp"
+#include "common/files/hdf5_file.hpp"
+#include "common/files/output_file.hpp"
 
 namespace cbr {
 namespace {

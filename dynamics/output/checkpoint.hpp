@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "common/scene.hpp"
-#include "common/state_archive.hpp"
+#include "common/files/state_archive.hpp"
+#include "common/scene/scene.hpp"
 #include "dynamics/setup/component_model.hpp"
 
 namespace cbr {

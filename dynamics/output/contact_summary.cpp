@@ -6,8 +6,8 @@
 #include <optional>
 #include <sstream>
 
-#include "common/format_text.hpp"
-#include "common/scene_words.hpp"
+#include "common/base/format_text.hpp"
+#include "common/scene/scene_words.hpp"
 
 namespace cbr {
 namespace {

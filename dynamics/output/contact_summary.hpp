@@ -2,7 +2,7 @@
 // What the summary says of contact.
 #pragma once
 
-#include "common/report.hpp"
+#include "common/app/report.hpp"
 #include "dynamics/setup/build.hpp"
 
 namespace cbr {

@@ -7,11 +7,11 @@
 #include <numeric>
 #include <set>
 
-#include "common/error.hpp"
-#include "common/hdf5_file.hpp"
-#include "common/mesh/exodus_results.hpp"
-#include "common/output_file.hpp"
-#include "common/program.hpp"
+#include "common/app/program.hpp"
+#include "common/base/error.hpp"
+#include "common/files/hdf5_file.hpp"
+#include "common/files/output_file.hpp"
+#include "common/mesh/io/exodus_results.hpp"
 #include "dynamics/output/xdmf.hpp"
 
 namespace cbr {

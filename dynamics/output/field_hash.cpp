@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/output/field_hash.hpp"
 
-#include "common/scene.hpp"
+#include "common/scene/scene.hpp"
 
 namespace cbr {
 

@@ -4,8 +4,8 @@
 
 #include <string>
 
-#include "common/row_matrix.hpp"
-#include "common/types.hpp"
+#include "common/base/types.hpp"
+#include "common/linalg/row_matrix.hpp"
 
 namespace cbr {
 

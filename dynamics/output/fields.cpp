@@ -9,10 +9,10 @@
 #include <set>
 #include <sstream>
 
-#include "common/error.hpp"
-#include "common/output_file.hpp"
-#include "common/program.hpp"
-#include "common/stress_values.hpp"
+#include "common/app/program.hpp"
+#include "common/base/error.hpp"
+#include "common/fem/stress_values.hpp"
+#include "common/files/output_file.hpp"
 #include "dynamics/output/exodus_fields.hpp"
 #include "dynamics/output/output_names.hpp"
 #include "dynamics/output/xdmf.hpp"

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "common/hdf5_file.hpp"
-#include "common/report.hpp"
+#include "common/app/report.hpp"
+#include "common/files/hdf5_file.hpp"
 #include "dynamics/output/field_hash.hpp"
 #include "dynamics/setup/build.hpp"
 #include "dynamics/setup/instance_elements.hpp"

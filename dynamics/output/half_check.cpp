@@ -7,7 +7,7 @@
 #include <limits>
 #include <string>
 
-#include "common/format_text.hpp"
+#include "common/base/format_text.hpp"
 
 namespace cbr {
 namespace {

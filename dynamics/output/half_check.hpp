@@ -2,8 +2,8 @@
 // cbr-dyn --check-error: a run beside the same with half of the modes.
 #pragma once
 
-#include "common/report.hpp"
-#include "dynamics/integrators/simulation.hpp"
+#include "common/app/report.hpp"
+#include "dynamics/run/simulation.hpp"
 
 namespace cbr {
 

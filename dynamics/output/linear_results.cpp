@@ -3,10 +3,10 @@
 
 #include <fstream>
 
-#include "common/error.hpp"
-#include "common/hdf5_file.hpp"
-#include "common/output_file.hpp"
-#include "common/program.hpp"
+#include "common/app/program.hpp"
+#include "common/base/error.hpp"
+#include "common/files/hdf5_file.hpp"
+#include "common/files/output_file.hpp"
 #include "dynamics/output/fields.hpp"
 
 namespace cbr {

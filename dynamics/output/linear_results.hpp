@@ -4,7 +4,7 @@
 
 #include <filesystem>
 
-#include "common/report.hpp"
+#include "common/app/report.hpp"
 #include "dynamics/setup/harmonic.hpp"
 #include "dynamics/setup/scene_modes.hpp"
 

@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "common/error.hpp"
-#include "common/hdf5_file.hpp"
-#include "common/mesh/netcdf_file.hpp"
-#include "common/output_file.hpp"
-#include "common/replaced_file.hpp"
+#include "common/base/error.hpp"
+#include "common/files/hdf5_file.hpp"
+#include "common/files/netcdf_file.hpp"
+#include "common/files/output_file.hpp"
+#include "common/files/replaced_file.hpp"
 #include "dynamics/output/checkpoint.hpp"
 #include "dynamics/output/exodus_fields.hpp"
 

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <utility>
 
-#include "common/format_text.hpp"
+#include "common/base/format_text.hpp"
 
 namespace cbr {
 namespace {

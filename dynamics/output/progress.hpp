@@ -6,7 +6,7 @@
 #include <functional>
 #include <string>
 
-#include "common/report.hpp"
+#include "common/app/report.hpp"
 
 namespace cbr {
 

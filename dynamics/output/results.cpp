@@ -4,10 +4,10 @@
 #include <chrono>
 #include <sstream>
 
-#include "common/error.hpp"
-#include "common/hdf5_file.hpp"
-#include "common/program.hpp"
-#include "common/stress_values.hpp"
+#include "common/app/program.hpp"
+#include "common/base/error.hpp"
+#include "common/fem/stress_values.hpp"
+#include "common/files/hdf5_file.hpp"
 
 namespace cbr {
 namespace {

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Front door of dynamics/output: results, fields, energies, checkpoints, summary.
+//
 // The results file (format "cbr-results", formats.md) and the summary of a run.
 #pragma once
 
 #include <filesystem>
 
-#include "common/report.hpp"
-#include "dynamics/integrators/simulation.hpp"
+#include "common/app/report.hpp"
+#include "dynamics/run/simulation.hpp"
 #include "dynamics/setup/build.hpp"
 
 namespace cbr {

@@ -5,7 +5,7 @@
 #include <numbers>
 #include <sstream>
 
-#include "common/format_text.hpp"
+#include "common/base/format_text.hpp"
 #include "dynamics/output/basis_energy.hpp"
 #include "dynamics/output/contact_summary.hpp"
 #include "dynamics/output/results.hpp"

@@ -10,10 +10,10 @@
 #include <unordered_set>
 #include <utility>
 
-#include "common/error.hpp"
-#include "common/program.hpp"
-#include "common/scene_uses.hpp"
-#include "common/scene_words.hpp"
+#include "common/app/program.hpp"
+#include "common/base/error.hpp"
+#include "common/scene/scene_uses.hpp"
+#include "common/scene/scene_words.hpp"
 #include "dynamics/setup/contact_setup.hpp"
 #include "dynamics/setup/instance_body.hpp"
 #include "dynamics/setup/instance_damping.hpp"

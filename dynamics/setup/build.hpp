@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Front door of dynamics/setup: scene to bodies, contact and steps.
+//
 // From a scene to a simulation that can run.
 #pragma once
 
@@ -6,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "common/report.hpp"
-#include "common/scene.hpp"
-#include "dynamics/integrators/simulation.hpp"
+#include "common/app/report.hpp"
+#include "common/scene/scene.hpp"
+#include "dynamics/run/simulation.hpp"
 #include "dynamics/setup/component_model.hpp"
 #include "dynamics/setup/gap_watch.hpp"
 #include "dynamics/setup/geometry.hpp"

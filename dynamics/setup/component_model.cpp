@@ -3,14 +3,14 @@
 
 #include <algorithm>
 
-#include "common/component_mass.hpp"
-#include "common/connected_parts.hpp"
-#include "common/error.hpp"
-#include "common/format_text.hpp"
-#include "common/left_out_blocks.hpp"
-#include "common/staleness.hpp"
-#include "common/superelement_check.hpp"
-#include "dynamics/bodies/characteristic_form.hpp"
+#include "common/base/error.hpp"
+#include "common/base/format_text.hpp"
+#include "common/fem/connected_parts.hpp"
+#include "common/scene/component_mass.hpp"
+#include "common/scene/left_out_blocks.hpp"
+#include "common/scene/staleness.hpp"
+#include "common/superelement/superelement_check.hpp"
+#include "dynamics/motion/modal/characteristic_form.hpp"
 #include "dynamics/setup/half_modes.hpp"
 #include "dynamics/setup/skin_shells.hpp"
 #include "dynamics/setup/superelement_alone.hpp"

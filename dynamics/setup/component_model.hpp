@@ -8,13 +8,13 @@
 #include <string>
 #include <vector>
 
-#include "common/report.hpp"
-#include "common/scene.hpp"
-#include "common/superelement_group.hpp"
-#include "dynamics/bodies/coupled_model.hpp"
-#include "dynamics/bodies/diagonal_form.hpp"
-#include "dynamics/bodies/mesh_body.hpp"
-#include "dynamics/bodies/statics_form.hpp"
+#include "common/app/report.hpp"
+#include "common/scene/scene.hpp"
+#include "common/superelement/superelement_group.hpp"
+#include "dynamics/motion/coupled/coupled_model.hpp"
+#include "dynamics/motion/modal/diagonal_form.hpp"
+#include "dynamics/motion/modal/statics_form.hpp"
+#include "dynamics/motion/nodal/mesh_body.hpp"
 #include "dynamics/setup/geometry.hpp"
 #include "dynamics/setup/scene_index.hpp"
 

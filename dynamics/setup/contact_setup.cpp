@@ -12,9 +12,9 @@
 #include <unordered_map>
 #include <utility>
 
-#include "common/error.hpp"
-#include "common/machine_memory.hpp"
-#include "common/report.hpp"
+#include "common/app/report.hpp"
+#include "common/base/error.hpp"
+#include "common/base/machine_memory.hpp"
 #include "dynamics/setup/contact_faces.hpp"
 #include "dynamics/setup/friction_shapes.hpp"
 #include "dynamics/setup/links.hpp"

@@ -7,9 +7,9 @@
 #include <sstream>
 #include <vector>
 
-#include "common/error.hpp"
+#include "common/app/report.hpp"
+#include "common/base/error.hpp"
 #include "common/linalg/dense.hpp"
-#include "common/report.hpp"
 
 namespace cbr {
 namespace {

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "dynamics/integrators/simulation.hpp"
+#include "dynamics/run/simulation.hpp"
 
 namespace cbr {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/setup/geometry.hpp"
 
-#include "common/error.hpp"
+#include "common/base/error.hpp"
 
 namespace cbr {
 namespace {

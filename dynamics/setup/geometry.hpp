@@ -7,12 +7,12 @@
 #include <string>
 #include <vector>
 
-#include "common/assembly.hpp"
+#include "common/fem/assembly.hpp"
 #include "common/mesh/face_weights.hpp"
 #include "common/mesh/surface.hpp"
-#include "common/scene.hpp"
-#include "common/scene_uses.hpp"
-#include "common/superelement.hpp"
+#include "common/scene/scene.hpp"
+#include "common/scene/scene_uses.hpp"
+#include "common/superelement/superelement.hpp"
 
 namespace cbr {
 

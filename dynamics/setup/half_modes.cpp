@@ -8,9 +8,9 @@
 #include <utility>
 #include <vector>
 
-#include "common/error.hpp"
+#include "common/base/error.hpp"
 #include "common/linalg/dense.hpp"
-#include "common/massless_modes.hpp"
+#include "common/superelement/massless_modes.hpp"
 
 namespace cbr {
 namespace {

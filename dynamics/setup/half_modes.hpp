@@ -2,7 +2,7 @@
 // A superelement with half of its modes, made from what was read: how much a run depends on them (cbr-dyn --check-error).
 #pragma once
 
-#include "common/superelement.hpp"
+#include "common/superelement/superelement.hpp"
 
 namespace cbr {
 

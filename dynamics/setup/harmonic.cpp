@@ -7,7 +7,7 @@
 #include <map>
 #include <numbers>
 
-#include "common/error.hpp"
+#include "common/base/error.hpp"
 #include "common/linalg/dense.hpp"
 #include "dynamics/setup/modal_scene.hpp"
 #include "dynamics/setup/superelement_alone.hpp"

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "common/report.hpp"
-#include "common/scene.hpp"
+#include "common/app/report.hpp"
+#include "common/scene/scene.hpp"
 
 namespace cbr {
 

@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "dynamics/bodies/coupled_system.hpp"
-#include "dynamics/bodies/scaled_model.hpp"
+#include "dynamics/motion/coupled/coupled_system.hpp"
+#include "dynamics/motion/scaled/scaled_model.hpp"
 #include "dynamics/setup/component_model.hpp"
 
 namespace cbr {

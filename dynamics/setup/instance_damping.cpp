@@ -4,7 +4,7 @@
 #include <set>
 #include <string>
 
-#include "common/error.hpp"
+#include "common/base/error.hpp"
 
 namespace cbr {
 namespace {

@@ -2,7 +2,7 @@
 // The damping that a scene gives to an instance.
 #pragma once
 
-#include "dynamics/bodies/body.hpp"
+#include "dynamics/motion/body.hpp"
 #include "dynamics/setup/scene_index.hpp"
 
 namespace cbr {

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <set>
 
-#include "common/elements/nodal_stress.hpp"
-#include "common/error.hpp"
+#include "common/base/error.hpp"
+#include "common/fem/elements/nodal_stress.hpp"
 #include "dynamics/setup/superelement_alone.hpp"
 
 namespace cbr {

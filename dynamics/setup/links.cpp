@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "common/error.hpp"
+#include "common/base/error.hpp"
 #include "common/mesh/face_weights.hpp"
 #include "dynamics/setup/geometry.hpp"
 

@@ -5,7 +5,7 @@
 #include <map>
 #include <set>
 
-#include "dynamics/bodies/pointed_body.hpp"
+#include "dynamics/motion/pointed_body.hpp"
 #include "dynamics/setup/build.hpp"
 #include "dynamics/setup/scene_index.hpp"
 

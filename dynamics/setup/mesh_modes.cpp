@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "common/error.hpp"
-#include "common/linalg/eigenpairs.hpp"
+#include "common/base/error.hpp"
+#include "common/linalg/eigen/eigenpairs.hpp"
 
 namespace cbr {
 namespace {

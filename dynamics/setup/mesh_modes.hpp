@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "common/linalg/sparse_cholesky.hpp"
-#include "dynamics/bodies/diagonal_form.hpp"
+#include "common/linalg/sparse/sparse_cholesky.hpp"
+#include "dynamics/motion/modal/diagonal_form.hpp"
 #include "dynamics/setup/component_model.hpp"
 
 namespace cbr {

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
-#include "common/error.hpp"
-#include "dynamics/integrators/contact_step.hpp"
+#include "common/base/error.hpp"
+#include "dynamics/run/contact_step.hpp"
 
 namespace cbr {
 namespace {

@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include "common/report.hpp"
-#include "common/scene.hpp"
-#include "dynamics/bodies/statics_body.hpp"
+#include "common/app/report.hpp"
+#include "common/scene/scene.hpp"
+#include "dynamics/motion/modal/statics_body.hpp"
 #include "dynamics/setup/build.hpp"
 #include "dynamics/setup/mesh_modes.hpp"
 

@@ -7,7 +7,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "common/scene.hpp"
+#include "common/scene/scene.hpp"
 
 namespace cbr {
 

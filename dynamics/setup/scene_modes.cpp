@@ -7,7 +7,7 @@
 #include <numbers>
 #include <numeric>
 
-#include "common/error.hpp"
+#include "common/base/error.hpp"
 #include "common/linalg/dense.hpp"
 #include "dynamics/setup/superelement_alone.hpp"
 

@@ -9,7 +9,7 @@
 #include <sstream>
 #include <utility>
 
-#include "dynamics/contact/broad_phase.hpp"
+#include "dynamics/contact/surfaces/broad_phase.hpp"
 
 namespace cbr {
 namespace {

@@ -2,7 +2,7 @@
 // What a scene can hardly mean, told before its run.
 #pragma once
 
-#include "common/report.hpp"
+#include "common/app/report.hpp"
 #include "dynamics/setup/build.hpp"
 
 namespace cbr {

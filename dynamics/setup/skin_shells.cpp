@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "common/error.hpp"
+#include "common/base/error.hpp"
 #include "dynamics/setup/contact_faces.hpp"
 
 namespace cbr {

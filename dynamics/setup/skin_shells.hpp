@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "common/scene.hpp"
-#include "common/shell_model.hpp"
+#include "common/fem/shell_model.hpp"
+#include "common/scene/scene.hpp"
 #include "dynamics/setup/geometry.hpp"
 
 namespace cbr {

@@ -9,8 +9,8 @@
 #include <optional>
 #include <sstream>
 
-#include "common/error.hpp"
-#include "dynamics/contact/broad_phase.hpp"
+#include "common/base/error.hpp"
+#include "dynamics/contact/surfaces/broad_phase.hpp"
 #include "dynamics/setup/solid.hpp"
 #include "dynamics/setup/surface_distance.hpp"
 

@@ -2,7 +2,7 @@
 // Bodies that are inside each other before the first step.
 #pragma once
 
-#include "common/report.hpp"
+#include "common/app/report.hpp"
 #include "dynamics/setup/build.hpp"
 
 namespace cbr {

@@ -3,8 +3,8 @@
 
 #include <sstream>
 
-#include "common/error.hpp"
-#include "common/scene_words.hpp"
+#include "common/base/error.hpp"
+#include "common/scene/scene_words.hpp"
 
 namespace cbr {
 namespace {

@@ -2,8 +2,8 @@
 // Scenes of statics: what they cannot have, and what they are run as.
 #pragma once
 
-#include "common/scene.hpp"
-#include "dynamics/integrators/time_plan.hpp"
+#include "common/scene/scene.hpp"
+#include "dynamics/run/time_plan.hpp"
 
 namespace cbr {
 

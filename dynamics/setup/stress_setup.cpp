@@ -6,9 +6,9 @@
 #include <map>
 #include <memory>
 
-#include "common/elements/nodal_stress.hpp"
-#include "common/error.hpp"
-#include "common/stress_values.hpp"
+#include "common/base/error.hpp"
+#include "common/fem/elements/nodal_stress.hpp"
+#include "common/fem/stress_values.hpp"
 #include "dynamics/setup/instance_elements.hpp"
 
 namespace cbr {

@@ -2,7 +2,7 @@
 // output.stress and histories of sets inside superelements: what the recorder evaluates.
 #pragma once
 
-#include "common/scene.hpp"
+#include "common/scene/scene.hpp"
 #include "dynamics/setup/build.hpp"
 #include "dynamics/setup/scene_index.hpp"
 

@@ -3,11 +3,11 @@
 
 #include <charconv>
 
-#include "common/error.hpp"
-#include "common/hdf5_file.hpp"
-#include "common/scene_words.hpp"
-#include "common/staleness.hpp"
-#include "common/superelement_group.hpp"
+#include "common/base/error.hpp"
+#include "common/files/hdf5_file.hpp"
+#include "common/scene/scene_words.hpp"
+#include "common/scene/staleness.hpp"
+#include "common/superelement/superelement_group.hpp"
 
 namespace cbr {
 namespace {

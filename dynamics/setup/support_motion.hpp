@@ -2,7 +2,7 @@
 // The motion that boundary conditions give the supports of an instance.
 #pragma once
 
-#include "dynamics/bodies/driven_motion.hpp"
+#include "dynamics/motion/driven_motion.hpp"
 #include "dynamics/setup/scene_index.hpp"
 
 namespace cbr {

@@ -4,7 +4,7 @@
 
 #include <array>
 
-#include "dynamics/contact/contact_surface.hpp"
+#include "dynamics/contact/surfaces/contact_surface.hpp"
 
 namespace cbr {
 

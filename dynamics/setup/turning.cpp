@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "common/error.hpp"
+#include "common/base/error.hpp"
 #include "dynamics/setup/skin_shells.hpp"
 
 namespace cbr {

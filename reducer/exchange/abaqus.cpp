@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <ostream>
 
-#include "common/format_text.hpp"
+#include "common/base/format_text.hpp"
 #include "reducer/exchange/export_formats.hpp"
 
 namespace cbr {

@@ -3,7 +3,7 @@
 // the lines of Abaqus's *MATRIX INPUT.
 #include <ostream>
 
-#include "common/format_text.hpp"
+#include "common/base/format_text.hpp"
 #include "reducer/exchange/export_formats.hpp"
 
 namespace cbr {

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Front door of reducer/exchange: superelements for and of other codes: one file a format.
+//
 // Formats of other codes for reduced matrices. For the .cpp of this folder.
 #pragma once
 

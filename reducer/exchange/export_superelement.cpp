@@ -9,10 +9,10 @@
 #include <numbers>
 #include <ostream>
 
-#include "common/error.hpp"
-#include "common/format_text.hpp"
-#include "common/output_file.hpp"
-#include "common/superelement.hpp"
+#include "common/base/error.hpp"
+#include "common/base/format_text.hpp"
+#include "common/files/output_file.hpp"
+#include "common/superelement/superelement.hpp"
 #include "reducer/exchange/export_formats.hpp"
 #include "reducer/exchange/reduced_matrices.hpp"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "reducer/exchange/import_matrices.hpp"
 
-#include "common/error.hpp"
+#include "common/base/error.hpp"
 #include "reducer/exchange/import_formats.hpp"
 
 namespace cbr {

@@ -2,7 +2,7 @@
 // Boisvert, Pozo, Remington 1996, NISTIR 5935: the coordinate form of a symmetric matrix is its lower triangle.
 #include <ostream>
 
-#include "common/format_text.hpp"
+#include "common/base/format_text.hpp"
 #include "reducer/exchange/export_formats.hpp"
 
 namespace cbr {

@@ -6,7 +6,7 @@
 #include <ostream>
 #include <string>
 
-#include "common/format_text.hpp"
+#include "common/base/format_text.hpp"
 #include "reducer/exchange/export_formats.hpp"
 
 namespace cbr {

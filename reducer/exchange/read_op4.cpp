@@ -5,8 +5,8 @@
 #include <fstream>
 #include <map>
 
-#include "common/error.hpp"
-#include "common/text_lines.hpp"
+#include "common/base/error.hpp"
+#include "common/base/text_lines.hpp"
 #include "reducer/exchange/import_formats.hpp"
 
 namespace cbr {

@@ -2,7 +2,7 @@
 #include <set>
 #include <utility>
 
-#include "common/text_lines.hpp"
+#include "common/base/text_lines.hpp"
 #include "reducer/exchange/import_formats.hpp"
 
 namespace cbr {

@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <map>
 
-#include "common/error.hpp"
-#include "common/sierra_superelement.hpp"
+#include "common/base/error.hpp"
+#include "common/superelement/sierra_superelement.hpp"
 #include "reducer/exchange/import_formats.hpp"
 
 namespace cbr {

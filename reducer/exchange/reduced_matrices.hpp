@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "common/superelement.hpp"
+#include "common/superelement/superelement.hpp"
 
 namespace cbr {
 

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/text_lines.hpp"
+#include "common/base/text_lines.hpp"
 #include "reducer/exchange/reduced_matrices.hpp"
 
 namespace cbr {

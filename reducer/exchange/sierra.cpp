@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <map>
 
-#include "common/sierra_superelement.hpp"
+#include "common/superelement/sierra_superelement.hpp"
 #include "reducer/exchange/export_formats.hpp"
 
 namespace cbr {

@@ -4,8 +4,8 @@
 #include <utility>
 #include <vector>
 
-#include "common/text_lines.hpp"
-#include "common/types.hpp"
+#include "common/base/text_lines.hpp"
+#include "common/base/types.hpp"
 
 namespace cbr {
 

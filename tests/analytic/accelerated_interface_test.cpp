@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "dynamics/bodies/superelement_body.hpp"
-#include "reducer/partition.hpp"
-#include "reducer/reduce.hpp"
+#include "dynamics/motion/modal/superelement_body.hpp"
+#include "reducer/bases/reduce.hpp"
+#include "reducer/partition/partition.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 
 namespace cbr::test {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "common/assembly.hpp"
+#include "common/fem/assembly.hpp"
 #include "tests/unit/common/elements/box_mesh.hpp"
 
 namespace cbr::test {

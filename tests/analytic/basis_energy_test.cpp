@@ -8,7 +8,7 @@
 #include <cstdio>
 
 #include "common/linalg/dense.hpp"
-#include "common/superelement.hpp"
+#include "common/superelement/superelement.hpp"
 #include "dynamics/output/basis_energy.hpp"
 #include "tests/support/scene_run.hpp"
 

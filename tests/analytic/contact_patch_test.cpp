@@ -7,7 +7,7 @@
 
 #include "common/linalg/dense.hpp"
 #include "common/mesh/surface.hpp"
-#include "dynamics/contact/mortar.hpp"
+#include "dynamics/contact/search/mortar.hpp"
 #include "dynamics/setup/contact_faces.hpp"
 #include "tests/support/bars.hpp"
 #include "tests/support/solve.hpp"

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <map>
 
-#include "common/hdf5_file.hpp"
+#include "common/files/hdf5_file.hpp"
 #include "dynamics/output/fields.hpp"
 #include "tests/support/scene_run.hpp"
 

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "common/error.hpp"
-#include "common/state_archive.hpp"
+#include "common/base/error.hpp"
+#include "common/files/state_archive.hpp"
 #include "tests/support/scene_run.hpp"
 
 namespace cbr {

@@ -9,7 +9,7 @@
 #include <fstream>
 #include <numbers>
 
-#include "common/hdf5_file.hpp"
+#include "common/files/hdf5_file.hpp"
 #include "common/linalg/dense.hpp"
 #include "common/mesh/face_weights.hpp"
 #include "dynamics/output/linear_results.hpp"

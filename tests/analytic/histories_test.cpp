@@ -9,7 +9,7 @@
 #include <sstream>
 #include <string>
 
-#include "common/error.hpp"
+#include "common/base/error.hpp"
 #include "tests/support/scene_run.hpp"
 
 namespace cbr {

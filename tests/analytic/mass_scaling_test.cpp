@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "common/error.hpp"
+#include "common/base/error.hpp"
 #include "tests/support/scene_run.hpp"
 
 namespace cbr {

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "common/error.hpp"
-#include "common/hdf5_file.hpp"
+#include "common/base/error.hpp"
+#include "common/files/hdf5_file.hpp"
 #include "dynamics/output/linear_results.hpp"
 #include "tests/support/scene_run.hpp"
 

@@ -7,8 +7,8 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "common/state_archive.hpp"
-#include "common/superelement.hpp"
+#include "common/files/state_archive.hpp"
+#include "common/superelement/superelement.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/scene_run.hpp"
 

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <map>
 
-#include "common/error.hpp"
-#include "common/hdf5_file.hpp"
-#include "common/stress_values.hpp"
+#include "common/base/error.hpp"
+#include "common/fem/stress_values.hpp"
+#include "common/files/hdf5_file.hpp"
 #include "dynamics/output/fields.hpp"
 #include "dynamics/output/results.hpp"
 #include "tests/support/refusal.hpp"

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "common/error.hpp"
+#include "common/base/error.hpp"
 #include "dynamics/output/results.hpp"
 #include "tests/support/scene_run.hpp"
 

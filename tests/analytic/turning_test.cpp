@@ -13,8 +13,8 @@
 #include <string>
 #include <vector>
 
-#include "common/state_archive.hpp"
-#include "dynamics/bodies/free_turn.hpp"
+#include "common/files/state_archive.hpp"
+#include "dynamics/motion/modal/free_turn.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/scene_run.hpp"
 

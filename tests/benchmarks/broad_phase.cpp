@@ -11,7 +11,7 @@
 #include <numeric>
 #include <random>
 
-#include "dynamics/contact/broad_phase.hpp"
+#include "dynamics/contact/surfaces/broad_phase.hpp"
 
 namespace {
 

@@ -15,12 +15,12 @@
 #include <string>
 #include <vector>
 
+#include "common/app/program.hpp"
+#include "common/base/parallel.hpp"
 #include "common/linalg/blas_kernels.hpp"
-#include "common/parallel.hpp"
-#include "common/program.hpp"
-#include "dynamics/contact/enforcement.hpp"
-#include "dynamics/contact/mortar.hpp"
-#include "dynamics/integrators/contact_step.hpp"
+#include "dynamics/contact/enforce/enforcement.hpp"
+#include "dynamics/contact/search/mortar.hpp"
+#include "dynamics/run/contact_step.hpp"
 #include "tests/support/scene_run.hpp"
 
 namespace {

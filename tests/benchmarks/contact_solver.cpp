@@ -10,9 +10,9 @@
 #include <string>
 
 #include "common/linalg/blas_kernels.hpp"
-#include "dynamics/contact/block_gauss_seidel.hpp"
-#include "dynamics/contact/contact_newton.hpp"
-#include "dynamics/contact/projected_gradients.hpp"
+#include "dynamics/contact/solve/block_gauss_seidel.hpp"
+#include "dynamics/contact/solve/contact_newton.hpp"
+#include "dynamics/contact/solve/projected_gradients.hpp"
 #include "tests/unit/dynamics/contact_problems.hpp"
 
 namespace {

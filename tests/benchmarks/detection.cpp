@@ -14,7 +14,7 @@
 #include <numeric>
 #include <vector>
 
-#include "dynamics/contact/detection.hpp"
+#include "dynamics/contact/search/detection.hpp"
 #include "tests/unit/dynamics/patch.hpp"
 
 namespace {

@@ -9,8 +9,8 @@
 #include <cstdlib>
 
 #include "common/linalg/blas_kernels.hpp"
-#include "common/linalg/eigenpairs.hpp"
-#include "reducer/partition.hpp"
+#include "common/linalg/eigen/eigenpairs.hpp"
+#include "reducer/partition/partition.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 
 namespace {

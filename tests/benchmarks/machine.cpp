@@ -12,10 +12,10 @@
 #include <cstdlib>
 #include <vector>
 
+#include "common/app/program.hpp"
+#include "common/base/parallel.hpp"
+#include "common/base/types.hpp"
 #include "common/linalg/blas_kernels.hpp"
-#include "common/parallel.hpp"
-#include "common/program.hpp"
-#include "common/types.hpp"
 
 namespace {
 

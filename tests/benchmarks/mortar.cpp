@@ -6,7 +6,7 @@
 #include <cstdlib>
 
 #include "../unit/dynamics/face_grid.hpp"
-#include "dynamics/contact/mortar.hpp"
+#include "dynamics/contact/search/mortar.hpp"
 
 namespace {
 

@@ -12,9 +12,9 @@
 #include <string>
 #include <vector>
 
+#include "common/app/program.hpp"
 #include "common/linalg/blas_kernels.hpp"
-#include "common/program.hpp"
-#include "reducer/reduce.hpp"
+#include "reducer/bases/reduce.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 
 namespace {

@@ -2,7 +2,7 @@
 // usage: consumer BLOCK.cbr.h5 ROD.cbr.h5
 #include <cstdio>
 
-#include "common/superelement.hpp"
+#include "common/superelement/superelement.hpp"
 
 void print(const cbr::Superelement& s) {
   std::printf("%ld modes, %ld interface dofs, mass %g\n", long{s.k()}, long{s.c()}, s.rigid_body.mass);

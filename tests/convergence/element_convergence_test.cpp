@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "common/elements/reference_element.hpp"
+#include "common/fem/elements/reference_element.hpp"
 #include "tests/support/solve.hpp"
 #include "tests/unit/common/elements/box_mesh.hpp"
 

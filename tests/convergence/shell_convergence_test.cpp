@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "common/linalg/eigenpairs.hpp"
+#include "common/linalg/eigen/eigenpairs.hpp"
 #include "tests/support/shell_mesh.hpp"
 
 namespace cbr::test {

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "common/error.hpp"
-#include "common/hdf5_file.hpp"
+#include "common/base/error.hpp"
+#include "common/files/hdf5_file.hpp"
 #include "tests/formats/damage.hpp"
 #include "tests/formats/raw_superelement.hpp"
 #include "tests/formats/sample_superelement.hpp"

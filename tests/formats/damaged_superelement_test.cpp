@@ -8,9 +8,9 @@
 #include <limits>
 #include <random>
 
-#include "common/error.hpp"
-#include "common/hdf5_file.hpp"
-#include "common/superelement.hpp"
+#include "common/base/error.hpp"
+#include "common/files/hdf5_file.hpp"
+#include "common/superelement/superelement.hpp"
 #include "tests/formats/damage.hpp"
 #include "tests/formats/raw_superelement.hpp"
 #include "tests/formats/sample_superelement.hpp"

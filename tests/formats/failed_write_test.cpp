@@ -7,10 +7,10 @@
 #include <csignal>
 #include <cstdlib>
 
-#include "common/error.hpp"
-#include "common/hdf5_file.hpp"
-#include "common/output_file.hpp"
-#include "common/superelement.hpp"
+#include "common/base/error.hpp"
+#include "common/files/hdf5_file.hpp"
+#include "common/files/output_file.hpp"
+#include "common/superelement/superelement.hpp"
 #include "tests/formats/sample_superelement.hpp"
 #include "tests/formats/temporary_folder.hpp"
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "common/hdf5_file.hpp"
+#include "common/files/hdf5_file.hpp"
 
 #include <gtest/gtest.h>
 
-#include "common/error.hpp"
+#include "common/base/error.hpp"
 #include "tests/formats/temporary_folder.hpp"
 
 namespace cbr {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Made the files of tests/formats/data, each once, by the program of its day: they are never made anew, they stand for all files that
 // users have. A later format version gets a file of its own beside it. usage: make_reference FILE
-#include "reducer/reduce.hpp"
+#include "reducer/bases/reduce.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 
 int main(int argc, char** argv) {

@@ -3,7 +3,7 @@
 
 #include <set>
 
-#include "common/hdf5_file.hpp"
+#include "common/files/hdf5_file.hpp"
 
 namespace cbr::test {
 namespace {

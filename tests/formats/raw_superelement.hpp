@@ -10,7 +10,7 @@
 #include <variant>
 #include <vector>
 
-#include "common/superelement_group.hpp"
+#include "common/superelement/superelement_group.hpp"
 
 namespace cbr::test {
 

@@ -5,7 +5,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 
-#include "common/superelement.hpp"
+#include "common/superelement/superelement.hpp"
 
 namespace cbr {
 namespace {

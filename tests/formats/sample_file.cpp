@@ -4,7 +4,7 @@
 #include <iostream>
 #include <string>
 
-#include "common/error.hpp"
+#include "common/base/error.hpp"
 #include "tests/formats/sample_superelement.hpp"
 
 int main(int argc, char** argv) {

@@ -2,7 +2,7 @@
 // A small superelement with every optional part, of no mesh: numbers that obey each rule of the format and nothing else.
 #pragma once
 
-#include "common/superelement_group.hpp"
+#include "common/superelement/superelement_group.hpp"
 
 namespace cbr::test {
 

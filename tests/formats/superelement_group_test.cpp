@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Groups of superelements: their file, whole and damaged, and the sum that join() makes of them.
-#include "common/superelement_group.hpp"
+#include "common/superelement/superelement_group.hpp"
 
 #include <gtest/gtest.h>
 
 #include <functional>
 #include <random>
 
-#include "common/error.hpp"
+#include "common/base/error.hpp"
 #include "tests/formats/damage.hpp"
 #include "tests/formats/sample_superelement.hpp"
 #include "tests/formats/temporary_folder.hpp"

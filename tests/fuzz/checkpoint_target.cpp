@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <optional>
 
-#include "common/error.hpp"
-#include "common/hdf5_file.hpp"
-#include "common/program.hpp"
+#include "common/app/program.hpp"
+#include "common/base/error.hpp"
+#include "common/files/hdf5_file.hpp"
 #include "dynamics/output/checkpoint.hpp"
 #include "dynamics/program.hpp"
 #include "tests/fuzz/hdf5_edits.hpp"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <optional>
 
-#include "common/error.hpp"
+#include "common/base/error.hpp"
 #include "tests/fuzz/hdf5_edits.hpp"
 #include "tests/fuzz/read_superelement.hpp"
 #include "tests/fuzz/run_scene.hpp"

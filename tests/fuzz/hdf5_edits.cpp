@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "common/hdf5_handle.hpp"
+#include "common/files/hdf5_handle.hpp"
 
 namespace cbr::fuzz {
 namespace {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "common/assembly.hpp"
-#include "common/error.hpp"
+#include "common/app/program.hpp"
+#include "common/base/error.hpp"
+#include "common/fem/assembly.hpp"
 #include "common/mesh/mesh.hpp"
-#include "common/program.hpp"
-#include "common/sierra_superelement.hpp"
+#include "common/superelement/sierra_superelement.hpp"
 #include "tests/fuzz/scratch_folder.hpp"
 
 namespace cbr::fuzz {

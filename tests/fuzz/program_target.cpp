@@ -4,8 +4,8 @@
 #include <cmath>
 #include <sstream>
 
-#include "common/error.hpp"
-#include "dynamics/integrators/simulation.hpp"
+#include "common/base/error.hpp"
+#include "dynamics/run/simulation.hpp"
 #include "dynamics/setup/build.hpp"
 #include "reducer/command.hpp"
 #include "tests/fuzz/run_scene.hpp"

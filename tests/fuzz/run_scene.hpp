@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "common/scene.hpp"
+#include "common/scene/scene.hpp"
 
 namespace cbr::fuzz {
 

@@ -2,8 +2,8 @@
 #include <cmath>
 #include <sstream>
 
-#include "common/error.hpp"
-#include "common/scene.hpp"
+#include "common/base/error.hpp"
+#include "common/scene/scene.hpp"
 #include "tests/fuzz/scratch_folder.hpp"
 
 namespace cbr::fuzz {

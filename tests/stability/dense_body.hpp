@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "common/linalg/dense.hpp"
-#include "common/scene.hpp"
+#include "common/scene/scene.hpp"
 #include "tests/stability/dense_oracle.hpp"
 
 namespace cbr::test {

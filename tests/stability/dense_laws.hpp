@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "common/types.hpp"
+#include "common/base/types.hpp"
 
 namespace cbr::test {
 

@@ -5,7 +5,7 @@
 #include <numeric>
 
 #include "common/linalg/dense.hpp"
-#include "reducer/reduce.hpp"
+#include "reducer/bases/reduce.hpp"
 
 namespace cbr::test {
 namespace {

@@ -6,8 +6,8 @@
 
 #include <vector>
 
-#include "common/assembly.hpp"
-#include "common/superelement.hpp"
+#include "common/fem/assembly.hpp"
+#include "common/superelement/superelement.hpp"
 
 namespace cbr::test {
 

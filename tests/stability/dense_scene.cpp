@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <stdexcept>
 
-#include "common/elements/shell.hpp"
+#include "common/fem/elements/shell.hpp"
 #include "common/linalg/dense.hpp"
 #include "dynamics/setup/geometry.hpp"
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "common/elements/shell.hpp"
+#include "common/fem/elements/shell.hpp"
 #include "tests/stability/lattice_mesh.hpp"
 #include "tests/support/contact_scene.hpp"
 

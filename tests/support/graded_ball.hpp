@@ -10,7 +10,7 @@
 #include <numbers>
 #include <vector>
 
-#include "common/elements/element.hpp"
+#include "common/fem/elements/element.hpp"
 #include "common/mesh/mesh.hpp"
 
 namespace cbr::test {

@@ -3,7 +3,7 @@
 #include <cstdlib>
 #include <iostream>
 
-#include "common/elements/element.hpp"
+#include "common/fem/elements/element.hpp"
 #include "tests/support/graded_ball.hpp"
 
 int main(int argc, char** argv) {

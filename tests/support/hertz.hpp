@@ -8,7 +8,7 @@
 #include <numbers>
 #include <vector>
 
-#include "common/elements/element.hpp"
+#include "common/fem/elements/element.hpp"
 
 namespace cbr::test {
 

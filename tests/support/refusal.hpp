@@ -2,7 +2,7 @@
 // What an input is refused with.
 #pragma once
 
-#include "common/error.hpp"
+#include "common/base/error.hpp"
 
 #include <string>
 

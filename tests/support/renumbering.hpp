@@ -5,7 +5,7 @@
 #include <random>
 #include <vector>
 
-#include "common/types.hpp"
+#include "common/base/types.hpp"
 
 namespace cbr::test {
 

@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "common/app/program.hpp"
 #include "common/mesh/mesh.hpp"
-#include "common/program.hpp"
-#include "common/scene.hpp"
-#include "dynamics/integrators/simulation.hpp"
+#include "common/scene/scene.hpp"
+#include "dynamics/run/simulation.hpp"
 #include "dynamics/setup/build.hpp"
 #include "tests/formats/temporary_folder.hpp"
 

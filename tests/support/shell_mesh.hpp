@@ -9,8 +9,8 @@
 #include <map>
 #include <vector>
 
-#include "common/linalg/sparse_cholesky.hpp"
-#include "common/shell_model.hpp"
+#include "common/fem/shell_model.hpp"
+#include "common/linalg/sparse/sparse_cholesky.hpp"
 #include "tests/support/solve.hpp"
 
 namespace cbr::test {

@@ -8,9 +8,9 @@
 #include <numbers>
 #include <vector>
 
-#include "common/assembly.hpp"
-#include "common/linalg/eigenpairs.hpp"
-#include "common/linalg/sparse_cholesky.hpp"
+#include "common/fem/assembly.hpp"
+#include "common/linalg/eigen/eigenpairs.hpp"
+#include "common/linalg/sparse/sparse_cholesky.hpp"
 
 namespace cbr::test {
 

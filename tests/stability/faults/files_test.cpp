@@ -13,10 +13,10 @@
 #include <functional>
 #include <string>
 
-#include "common/error.hpp"
-#include "common/hdf5_file.hpp"
-#include "common/output_file.hpp"
-#include "common/unchanged_files.hpp"
+#include "common/base/error.hpp"
+#include "common/files/hdf5_file.hpp"
+#include "common/files/output_file.hpp"
+#include "common/files/unchanged_files.hpp"
 #include "tests/formats/temporary_folder.hpp"
 
 static int signal_during_open = 0;

@@ -9,9 +9,9 @@
 #include <random>
 #include <set>
 
-#include "common/error.hpp"
-#include "common/hdf5_file.hpp"
-#include "common/state_archive.hpp"
+#include "common/base/error.hpp"
+#include "common/files/hdf5_file.hpp"
+#include "common/files/state_archive.hpp"
 #include "dynamics/output/results.hpp"
 #include "tests/support/scene_run.hpp"
 

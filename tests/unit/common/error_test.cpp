@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "common/error.hpp"
+#include "common/base/error.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "common/parallel.hpp"
+#include "common/base/parallel.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "common/program.hpp"
+#include "common/app/program.hpp"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -10,8 +10,8 @@
 #include <iostream>
 #include <new>
 
-#include "common/error.hpp"
-#include "common/output_file.hpp"
+#include "common/base/error.hpp"
+#include "common/files/output_file.hpp"
 #include "tests/formats/temporary_folder.hpp"
 
 namespace cbr {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "common/report.hpp"
+#include "common/app/report.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -9,7 +9,7 @@
 #include <map>
 #include <thread>
 
-#include "common/error.hpp"
+#include "common/base/error.hpp"
 #include "tests/formats/temporary_folder.hpp"
 
 namespace cbr {

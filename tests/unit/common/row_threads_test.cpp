@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "common/row_threads.hpp"
+#include "common/base/row_threads.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "common/parallel.hpp"
+#include "common/base/parallel.hpp"
 
 namespace cbr {
 namespace {

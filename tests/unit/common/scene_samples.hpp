@@ -4,8 +4,8 @@
 #include <sstream>
 #include <string>
 
-#include "common/error.hpp"
-#include "common/scene.hpp"
+#include "common/base/error.hpp"
+#include "common/scene/scene.hpp"
 #include "tests/formats/temporary_folder.hpp"
 
 namespace cbr::test {

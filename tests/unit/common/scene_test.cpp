@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "common/scene.hpp"
+#include "common/scene/scene.hpp"
 
 #include <gtest/gtest.h>
 

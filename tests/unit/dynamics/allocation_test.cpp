@@ -10,7 +10,7 @@
 #include <numeric>
 #include <random>
 
-#include "dynamics/bodies/superelement_body.hpp"
+#include "dynamics/motion/modal/superelement_body.hpp"
 #include "tests/unit/dynamics/lattice.hpp"
 
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dynamics/bodies/breakpoints.hpp"
+#include "dynamics/motion/breakpoints.hpp"
 
 #include <gtest/gtest.h>
 

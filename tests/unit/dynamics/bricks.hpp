@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "common/assembly.hpp"
+#include "common/fem/assembly.hpp"
 #include "common/mesh/mesh.hpp"
-#include "dynamics/bodies/mesh_body.hpp"
-#include "dynamics/bodies/superelement_body.hpp"
-#include "dynamics/integrators/simulation.hpp"
+#include "dynamics/motion/modal/superelement_body.hpp"
+#include "dynamics/motion/nodal/mesh_body.hpp"
+#include "dynamics/run/simulation.hpp"
 #include "dynamics/setup/geometry.hpp"
 #include "tests/unit/dynamics/lattice.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dynamics/contact/broad_phase.hpp"
+#include "dynamics/contact/surfaces/broad_phase.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Impulses of contact on a body that moves exactly: with the gain, what is pressed for long compresses as it should, at any step.
-#include "dynamics/bodies/contact_gain.hpp"
+#include "dynamics/motion/modal/contact_gain.hpp"
 
 #include <gtest/gtest.h>
 

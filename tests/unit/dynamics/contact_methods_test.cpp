@@ -4,11 +4,11 @@
 
 #include <cmath>
 
-#include "dynamics/contact/basic_impulses.hpp"
-#include "dynamics/contact/block_gauss_seidel.hpp"
-#include "dynamics/contact/contact_newton.hpp"
-#include "dynamics/contact/contact_solver.hpp"
-#include "dynamics/contact/projected_gradients.hpp"
+#include "dynamics/contact/solve/basic_impulses.hpp"
+#include "dynamics/contact/solve/block_gauss_seidel.hpp"
+#include "dynamics/contact/solve/contact_newton.hpp"
+#include "dynamics/contact/solve/contact_solver.hpp"
+#include "dynamics/contact/solve/projected_gradients.hpp"
 #include "tests/unit/dynamics/contact_problems.hpp"
 
 namespace cbr {

@@ -5,7 +5,7 @@
 #include <random>
 #include <vector>
 
-#include "dynamics/contact/contact_solver.hpp"
+#include "dynamics/contact/solve/contact_solver.hpp"
 
 namespace cbr::test {
 

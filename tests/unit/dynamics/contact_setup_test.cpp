@@ -10,7 +10,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "common/error.hpp"
+#include "common/base/error.hpp"
 #include "dynamics/setup/contact_faces.hpp"
 #include "tests/unit/dynamics/bricks.hpp"
 

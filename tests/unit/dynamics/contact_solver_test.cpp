@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "common/linalg/dense.hpp"
-#include "dynamics/contact/contact_solver.hpp"
+#include "dynamics/contact/solve/contact_solver.hpp"
 
 #include <gtest/gtest.h>
 

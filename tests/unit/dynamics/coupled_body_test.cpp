@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Coupled bodies against dense algebra and against what must be conserved.
 #include "common/linalg/dense.hpp"
-#include "dynamics/bodies/coupled_body.hpp"
+#include "dynamics/motion/coupled/coupled_body.hpp"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@
 #include <random>
 
 #include "common/linalg/dense.hpp"
-#include "dynamics/bodies/coupled_body.hpp"
+#include "dynamics/motion/coupled/coupled_body.hpp"
 #include "tests/unit/dynamics/bricks.hpp"
 #include "tests/unit/dynamics/coupled_parts.hpp"
 

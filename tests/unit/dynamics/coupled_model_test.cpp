@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Coupled models and their factor against dense algebra on the whole matrices.
 #include "common/linalg/dense.hpp"
-#include "dynamics/bodies/coupled_model.hpp"
+#include "dynamics/motion/coupled/coupled_model.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
-#include "common/error.hpp"
-#include "dynamics/bodies/coupled_factor.hpp"
+#include "common/base/error.hpp"
+#include "dynamics/motion/coupled/coupled_factor.hpp"
 #include "tests/unit/dynamics/bricks.hpp"
 #include "tests/unit/dynamics/coupled_parts.hpp"
 

@@ -7,8 +7,8 @@
 #include <random>
 #include <vector>
 
-#include "dynamics/bodies/coupled_body.hpp"
-#include "dynamics/bodies/coupled_model.hpp"
+#include "dynamics/motion/coupled/coupled_body.hpp"
+#include "dynamics/motion/coupled/coupled_model.hpp"
 #include "tests/unit/dynamics/lattice.hpp"
 
 namespace cbr::test {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A damped step in closed form against many small steps of a Taylor series in long double; rates; the gain of contact.
-#include "dynamics/bodies/damping.hpp"
+#include "dynamics/motion/damping.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "dynamics/bodies/contact_gain.hpp"
-#include "dynamics/bodies/modal_propagator.hpp"
+#include "dynamics/motion/modal/contact_gain.hpp"
+#include "dynamics/motion/modal/modal_propagator.hpp"
 
 namespace cbr {
 namespace {

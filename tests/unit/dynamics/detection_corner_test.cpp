@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dynamics/contact/detection.hpp"
-#include "dynamics/contact/surface_geometry.hpp"
+#include "dynamics/contact/search/detection.hpp"
+#include "dynamics/contact/surfaces/surface_geometry.hpp"
 #include "tests/unit/dynamics/patch.hpp"
 
 namespace cbr {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Nodes that slide across edges between faces and off a rim.
-#include "dynamics/contact/detection.hpp"
+#include "dynamics/contact/search/detection.hpp"
 
 #include <gtest/gtest.h>
 

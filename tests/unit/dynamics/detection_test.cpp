@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dynamics/contact/detection.hpp"
+#include "dynamics/contact/search/detection.hpp"
 
 #include <gtest/gtest.h>
 

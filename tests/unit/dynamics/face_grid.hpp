@@ -2,7 +2,7 @@
 // Flat surfaces of quads and triangles, for the tests of contact.
 #pragma once
 
-#include "dynamics/contact/contact_surface.hpp"
+#include "dynamics/contact/surfaces/contact_surface.hpp"
 
 namespace cbr::test {
 

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <fstream>
 
-#include "common/hdf5_file.hpp"
+#include "common/files/hdf5_file.hpp"
 #include "dynamics/program.hpp"
 #include "tests/formats/temporary_folder.hpp"
 #include "tests/unit/dynamics/bricks.hpp"

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "common/error.hpp"
+#include "common/base/error.hpp"
 #include "dynamics/setup/contact_faces.hpp"
 #include "tests/unit/dynamics/bricks.hpp"
 

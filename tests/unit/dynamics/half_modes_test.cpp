@@ -6,9 +6,9 @@
 
 #include <cmath>
 
-#include "common/error.hpp"
+#include "common/base/error.hpp"
 #include "dynamics/output/half_check.hpp"
-#include "reducer/reduce.hpp"
+#include "reducer/bases/reduce.hpp"
 #include "tests/support/scene_run.hpp"
 
 namespace cbr {

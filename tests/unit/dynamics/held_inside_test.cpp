@@ -6,12 +6,12 @@
 #include <memory>
 #include <numbers>
 
-#include "common/error.hpp"
+#include "common/base/error.hpp"
 #include "common/linalg/dense.hpp"
-#include "common/linalg/eigenpairs.hpp"
-#include "common/superelement_check.hpp"
-#include "dynamics/bodies/superelement_body.hpp"
-#include "reducer/reduce.hpp"
+#include "common/linalg/eigen/eigenpairs.hpp"
+#include "common/superelement/superelement_check.hpp"
+#include "dynamics/motion/modal/superelement_body.hpp"
+#include "reducer/bases/reduce.hpp"
 #include "tests/support/scene_run.hpp"
 
 namespace cbr {

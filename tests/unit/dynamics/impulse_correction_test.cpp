@@ -11,9 +11,9 @@
 #include <utility>
 
 #include "common/linalg/dense.hpp"
-#include "dynamics/contact/dense_panels.hpp"
-#include "dynamics/contact/enforcement.hpp"
-#include "dynamics/contact/kept_factor.hpp"
+#include "dynamics/contact/enforce/enforcement.hpp"
+#include "dynamics/contact/solve/kept_factor.hpp"
+#include "dynamics/contact/surfaces/dense_panels.hpp"
 
 namespace cbr {
 namespace {

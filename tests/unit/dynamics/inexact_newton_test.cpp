@@ -4,12 +4,12 @@
 
 #include <cmath>
 
-#include "common/state_archive.hpp"
-#include "dynamics/contact/block_gauss_seidel.hpp"
-#include "dynamics/contact/closed_unknowns.hpp"
-#include "dynamics/contact/inexact_newton.hpp"
-#include "dynamics/contact/krylov.hpp"
-#include "dynamics/contact/local_inverse.hpp"
+#include "common/files/state_archive.hpp"
+#include "dynamics/contact/solve/block_gauss_seidel.hpp"
+#include "dynamics/contact/solve/closed_unknowns.hpp"
+#include "dynamics/contact/solve/inexact_newton.hpp"
+#include "dynamics/contact/solve/krylov.hpp"
+#include "dynamics/contact/solve/local_inverse.hpp"
 #include "tests/unit/dynamics/contact_problems.hpp"
 
 namespace {

@@ -4,10 +4,10 @@
 
 #include <string>
 
-#include "common/error.hpp"
-#include "dynamics/bodies/coupled_body.hpp"
-#include "dynamics/bodies/mesh_body.hpp"
-#include "dynamics/bodies/superelement_body.hpp"
+#include "common/base/error.hpp"
+#include "dynamics/motion/coupled/coupled_body.hpp"
+#include "dynamics/motion/modal/superelement_body.hpp"
+#include "dynamics/motion/nodal/mesh_body.hpp"
 #include "tests/support/scene_run.hpp"
 
 namespace cbr {

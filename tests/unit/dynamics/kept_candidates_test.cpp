@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What serves several steps, or several pairs at once, finds what a search of all would.
-#include "dynamics/contact/kept_candidates.hpp"
+#include "dynamics/contact/search/kept_candidates.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
-#include "dynamics/contact/pair_projection.hpp"
+#include "dynamics/contact/surfaces/pair_projection.hpp"
 #include "tests/unit/dynamics/patch.hpp"
 
 namespace cbr {

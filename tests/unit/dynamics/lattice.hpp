@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "common/superelement.hpp"
-#include "dynamics/bodies/diagonal_form.hpp"
-#include "dynamics/bodies/superelement_body.hpp"
+#include "common/superelement/superelement.hpp"
+#include "dynamics/motion/modal/diagonal_form.hpp"
+#include "dynamics/motion/modal/superelement_body.hpp"
 
 namespace cbr::test {
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Loads that share a history are one load, whatever the body; many histories cut a step where any of them bends.
-#include "dynamics/bodies/load_history.hpp"
+#include "dynamics/motion/load_history.hpp"
 
 #include <gtest/gtest.h>
 
 #include <random>
 
-#include "dynamics/bodies/breakpoints.hpp"
+#include "dynamics/motion/breakpoints.hpp"
 #include "tests/unit/dynamics/bricks.hpp"
 
 namespace cbr {

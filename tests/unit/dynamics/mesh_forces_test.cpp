@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // K u by shared element matrices, by an assembled matrix and by threads: one answer; and the body that moves by it.
-#include "dynamics/bodies/mesh_forces.hpp"
+#include "dynamics/motion/nodal/mesh_forces.hpp"
 
 #include <gtest/gtest.h>
 

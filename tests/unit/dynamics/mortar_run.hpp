@@ -2,7 +2,7 @@
 // One mortar search between two grids of faces, and sums over its points.
 #pragma once
 
-#include "dynamics/contact/mortar.hpp"
+#include "dynamics/contact/search/mortar.hpp"
 #include "face_grid.hpp"
 
 namespace cbr::test {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Which faces meet, from which side and in what order, and that the answer does not hang on numbering or axes.
-#include "dynamics/contact/mortar.hpp"
+#include "dynamics/contact/search/mortar.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dynamics/contact/mortar.hpp"
+#include "dynamics/contact/search/mortar.hpp"
 
 #include <gtest/gtest.h>
 

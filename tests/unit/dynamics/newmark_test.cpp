@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "common/linalg/dense.hpp"
-#include "dynamics/bodies/superelement_body.hpp"
+#include "dynamics/motion/modal/superelement_body.hpp"
 #include "tests/unit/dynamics/lattice.hpp"
 
 namespace cbr {

@@ -2,8 +2,8 @@
 // Flat patches of quads that move as told: contact surfaces without bodies.
 #pragma once
 
-#include "dynamics/contact/contact_surface.hpp"
-#include "dynamics/contact/detection.hpp"
+#include "dynamics/contact/search/detection.hpp"
+#include "dynamics/contact/surfaces/contact_surface.hpp"
 
 namespace cbr::test {
 

@@ -6,8 +6,8 @@
 #include <fstream>
 #include <sstream>
 
-#include "common/error.hpp"
-#include "common/hdf5_file.hpp"
+#include "common/base/error.hpp"
+#include "common/files/hdf5_file.hpp"
 #include "dynamics/output/checkpoint.hpp"
 #include "dynamics/output/output_names.hpp"
 #include "dynamics/program.hpp"

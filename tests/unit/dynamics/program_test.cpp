@@ -12,10 +12,10 @@
 #include <regex>
 #include <thread>
 
-#include "common/error.hpp"
-#include "common/hdf5_file.hpp"
+#include "common/base/error.hpp"
+#include "common/files/hdf5_file.hpp"
 #include "dynamics/output/results.hpp"
-#include "reducer/diagonal_form.hpp"
+#include "reducer/modes/diagonal_form.hpp"
 #include "tests/unit/dynamics/bricks.hpp"
 
 namespace cbr {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dynamics/contact/projection.hpp"
+#include "dynamics/contact/surfaces/projection.hpp"
 
 #include <gtest/gtest.h>
 

@@ -7,8 +7,8 @@
 
 #include <random>
 
-#include "dynamics/contact/body_moves.hpp"
-#include "dynamics/contact/response.hpp"
+#include "dynamics/contact/response/body_moves.hpp"
+#include "dynamics/contact/response/response.hpp"
 
 namespace cbr {
 namespace {

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <functional>
 
-#include "common/error.hpp"
-#include "common/superelement_check.hpp"
-#include "reducer/reduce.hpp"
+#include "common/base/error.hpp"
+#include "common/superelement/superelement_check.hpp"
+#include "reducer/bases/reduce.hpp"
 #include "tests/support/scene_run.hpp"
 
 namespace cbr {

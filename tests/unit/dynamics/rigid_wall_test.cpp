@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dynamics/contact/rigid_wall.hpp"
+#include "dynamics/contact/search/rigid_wall.hpp"
 
 #include <gtest/gtest.h>
 

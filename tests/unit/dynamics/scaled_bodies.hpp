@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-#include "dynamics/bodies/scaled_body.hpp"
+#include "dynamics/motion/scaled/scaled_body.hpp"
 #include "tests/unit/dynamics/lattice.hpp"
 
 namespace cbr::test {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Modal mass scaling against all modes, one by one: frequencies above the clip set to it, their rows scaled by clip / omega.
 #include "common/linalg/dense.hpp"
-#include "dynamics/bodies/scaled_body.hpp"
+#include "dynamics/motion/scaled/scaled_body.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 #include <cmath>
 #include <random>
 
-#include "common/error.hpp"
+#include "common/base/error.hpp"
 #include "tests/unit/dynamics/scaled_bodies.hpp"
 
 namespace cbr::test {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The two ways to a scaled model: from all modes, and from the matrices alone.
-#include "dynamics/bodies/scaled_model.hpp"
+#include "dynamics/motion/scaled/scaled_model.hpp"
 
 #include <gtest/gtest.h>
 

@@ -7,7 +7,7 @@
 #include <fstream>
 #include <string>
 
-#include "common/hdf5_file.hpp"
+#include "common/files/hdf5_file.hpp"
 #include "reducer/command.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/scene_run.hpp"

@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "common/linalg/dense.hpp"
-#include "dynamics/bodies/coupled_body.hpp"
-#include "dynamics/contact/enforcement.hpp"
+#include "dynamics/contact/enforce/enforcement.hpp"
+#include "dynamics/motion/coupled/coupled_body.hpp"
 #include "tests/unit/dynamics/bricks.hpp"
 #include "tests/unit/dynamics/contact_problems.hpp"
 #include "tests/unit/dynamics/coupled_parts.hpp"

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dynamics/contact/cone_problem.hpp"
-#include "dynamics/contact/contact_solver.hpp"
+#include "dynamics/contact/solve/cone_problem.hpp"
+#include "dynamics/contact/solve/contact_solver.hpp"
 #include "tests/unit/dynamics/contact_problems.hpp"
 
 namespace cbr {

@@ -6,7 +6,7 @@
 #include <fstream>
 #include <string>
 
-#include "common/error.hpp"
+#include "common/base/error.hpp"
 #include "dynamics/program.hpp"
 #include "reducer/command.hpp"
 #include "tests/support/scene_run.hpp"

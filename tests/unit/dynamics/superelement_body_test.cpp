@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "common/linalg/dense.hpp"
-#include "dynamics/bodies/superelement_body.hpp"
+#include "dynamics/motion/modal/superelement_body.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dynamics/contact/tie.hpp"
+#include "dynamics/contact/enforce/tie.hpp"
 
 #include <gtest/gtest.h>
 

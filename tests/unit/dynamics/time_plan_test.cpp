@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dynamics/integrators/time_plan.hpp"
+#include "dynamics/run/time_plan.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "common/error.hpp"
+#include "common/base/error.hpp"
 #include "tests/unit/dynamics/bricks.hpp"
 
 namespace cbr {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What a reduction says of its own errors, held against the full model.
 #include "common/linalg/dense.hpp"
-#include "reducer/accuracy.hpp"
+#include "reducer/judgement/accuracy.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,11 +9,11 @@
 #include <cmath>
 #include <numbers>
 
-#include "common/error.hpp"
-#include "common/linalg/eigenpairs.hpp"
-#include "common/program.hpp"
-#include "reducer/mode_tolerance.hpp"
-#include "reducer/reduce.hpp"
+#include "common/app/program.hpp"
+#include "common/base/error.hpp"
+#include "common/linalg/eigen/eigenpairs.hpp"
+#include "reducer/bases/reduce.hpp"
+#include "reducer/judgement/mode_tolerance.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 
 namespace cbr::test {

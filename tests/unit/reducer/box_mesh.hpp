@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "common/assembly.hpp"
+#include "common/fem/assembly.hpp"
 #include "common/mesh/mesh.hpp"
 
 namespace cbr::test {

@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A component of several parts that share no node: each has its modes, its errors and its tolerance.
 #include "common/linalg/dense.hpp"
-#include "reducer/component_parts.hpp"
+#include "reducer/modes/component_parts.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "common/linalg/eigenpairs.hpp"
-#include "common/program.hpp"
-#include "reducer/condensation.hpp"
-#include "reducer/domains.hpp"
-#include "reducer/interior_loads.hpp"
-#include "reducer/mode_tolerance.hpp"
-#include "reducer/reduce.hpp"
+#include "common/app/program.hpp"
+#include "common/linalg/eigen/eigenpairs.hpp"
+#include "reducer/bases/reduce.hpp"
+#include "reducer/condensation/condensation.hpp"
+#include "reducer/domains/domains.hpp"
+#include "reducer/judgement/mode_tolerance.hpp"
+#include "reducer/modes/interior_loads.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 
 namespace cbr::test {

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "common/linalg/dense.hpp"
-#include "reducer/condition.hpp"
+#include "reducer/judgement/condition.hpp"
 
 #include <gtest/gtest.h>
 
 #include <random>
 #include <set>
 
-#include "common/connected_parts.hpp"
-#include "common/error.hpp"
-#include "common/linalg/eigenpairs.hpp"
-#include "reducer/reduce.hpp"
+#include "common/base/error.hpp"
+#include "common/fem/connected_parts.hpp"
+#include "common/linalg/eigen/eigenpairs.hpp"
+#include "reducer/bases/reduce.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 
 namespace cbr::test {

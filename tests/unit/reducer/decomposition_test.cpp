@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "reducer/decomposition.hpp"
+#include "reducer/domains/decomposition.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <set>
 
-#include "common/error.hpp"
-#include "reducer/face_graph.hpp"
+#include "common/base/error.hpp"
+#include "reducer/partition/face_graph.hpp"
 #include "tests/unit/reducer/cut_meshes.hpp"
 
 namespace cbr::test {

@@ -10,13 +10,13 @@
 #include <map>
 #include <sstream>
 
-#include "common/component_mass.hpp"
 #include "common/mesh/mesh.hpp"
-#include "common/staleness.hpp"
-#include "common/superelement.hpp"
+#include "common/scene/component_mass.hpp"
+#include "common/scene/staleness.hpp"
+#include "common/superelement/superelement.hpp"
+#include "reducer/bases/reduce.hpp"
 #include "reducer/command.hpp"
-#include "reducer/geometry_body.hpp"
-#include "reducer/reduce.hpp"
+#include "reducer/partition/geometry_body.hpp"
 #include "tests/unit/common/elements/box_mesh.hpp"
 
 namespace cbr::test {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // All modes kept, a component in several domains is the component.
 #include "common/linalg/dense.hpp"
-#include "reducer/domains.hpp"
+#include "reducer/domains/domains.hpp"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -11,10 +11,10 @@
 #include <fstream>
 #include <iterator>
 
-#include "common/error.hpp"
-#include "common/linalg/eigenpairs.hpp"
-#include "common/program.hpp"
-#include "reducer/partition.hpp"
+#include "common/app/program.hpp"
+#include "common/base/error.hpp"
+#include "common/linalg/eigen/eigenpairs.hpp"
+#include "reducer/partition/partition.hpp"
 #include "tests/unit/reducer/cut_meshes.hpp"
 
 namespace cbr::test {

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What --estimate says against what a reduction has, and the paper's formulas against cubes that are cut into cubes.
-#include "reducer/estimate.hpp"
+#include "reducer/estimate/estimate.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <sstream>
 
-#include "common/error.hpp"
+#include "common/base/error.hpp"
+#include "reducer/bases/reduce.hpp"
 #include "reducer/command.hpp"
-#include "reducer/decomposition.hpp"
-#include "reducer/domains.hpp"
-#include "reducer/reduce.hpp"
+#include "reducer/domains/decomposition.hpp"
+#include "reducer/domains/domains.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 
 namespace cbr::test {

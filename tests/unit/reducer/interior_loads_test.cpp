@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Loads inside the part, against the full model: with residual vectors and without.
-#include "reducer/interior_loads.hpp"
+#include "reducer/modes/interior_loads.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
-#include "common/error.hpp"
-#include "common/linalg/eigenpairs.hpp"
-#include "common/program.hpp"
-#include "reducer/reduce.hpp"
+#include "common/app/program.hpp"
+#include "common/base/error.hpp"
+#include "common/linalg/eigen/eigenpairs.hpp"
+#include "reducer/bases/reduce.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 
 namespace cbr::test {

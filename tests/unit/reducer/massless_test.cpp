@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "common/linalg/dense.hpp"
-#include "reducer/massless.hpp"
+#include "reducer/bases/massless.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "common/linalg/eigenpairs.hpp"
-#include "reducer/reduce.hpp"
+#include "common/linalg/eigen/eigenpairs.hpp"
+#include "reducer/bases/reduce.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 

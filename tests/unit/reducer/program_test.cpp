@@ -9,11 +9,11 @@
 #include <fstream>
 #include <sstream>
 
-#include "common/error.hpp"
-#include "common/hdf5_file.hpp"
-#include "common/superelement_group.hpp"
+#include "common/base/error.hpp"
+#include "common/files/hdf5_file.hpp"
+#include "common/superelement/superelement_group.hpp"
 #include "reducer/command.hpp"
-#include "reducer/panel_memory.hpp"
+#include "reducer/condensation/panel_memory.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 
 namespace cbr::test {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "reducer/reduce.hpp"
 #include "common/linalg/dense.hpp"
+#include "reducer/bases/reduce.hpp"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -11,9 +11,9 @@
 #include <fstream>
 #include <iterator>
 
-#include "common/linalg/eigenpairs.hpp"
-#include "reducer/diagonal_form.hpp"
-#include "reducer/partition.hpp"
+#include "common/linalg/eigen/eigenpairs.hpp"
+#include "reducer/modes/diagonal_form.hpp"
+#include "reducer/partition/partition.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 

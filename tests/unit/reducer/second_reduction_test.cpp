@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "reducer/second_reduction.hpp"
+#include "reducer/domains/second_reduction.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "common/error.hpp"
-#include "common/linalg/eigenpairs.hpp"
-#include "reducer/domains.hpp"
+#include "common/base/error.hpp"
+#include "common/linalg/eigen/eigenpairs.hpp"
+#include "reducer/domains/domains.hpp"
 #include "tests/unit/reducer/cut_meshes.hpp"
 
 namespace cbr::test {

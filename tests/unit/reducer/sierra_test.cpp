@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Our reduction against Sierra/SD's own of the same mesh. The files are not part of the project: skipped where they are missing.
-#include "common/sierra_superelement.hpp"
+#include "common/superelement/sierra_superelement.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,9 +10,9 @@
 #include <iostream>
 #include <map>
 
-#include "common/error.hpp"
-#include "common/linalg/eigenpairs.hpp"
-#include "reducer/reduce.hpp"
+#include "common/base/error.hpp"
+#include "common/linalg/eigen/eigenpairs.hpp"
+#include "reducer/bases/reduce.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 
 namespace cbr::test {

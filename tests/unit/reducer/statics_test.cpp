@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Statics that basis characteristic keeps, against dense matrices of the whole component.
-#include "reducer/statics.hpp"
 #include "common/linalg/dense.hpp"
+#include "reducer/bases/statics.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "common/assembly.hpp"
-#include "reducer/free_shapes.hpp"
-#include "reducer/reduce.hpp"
+#include "common/fem/assembly.hpp"
+#include "reducer/bases/free_shapes.hpp"
+#include "reducer/bases/reduce.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 

@@ -2,11 +2,11 @@
 // Sheets so thin that K_II loses most of its digits: rigid motions stay exact, and frequencies as good as round-off lets them.
 #include <gtest/gtest.h>
 
-#include "common/error.hpp"
-#include "common/linalg/eigenpairs.hpp"
-#include "reducer/domains.hpp"
-#include "reducer/reduce.hpp"
-#include "reducer/second_reduction.hpp"
+#include "common/base/error.hpp"
+#include "common/linalg/eigen/eigenpairs.hpp"
+#include "reducer/bases/reduce.hpp"
+#include "reducer/domains/domains.hpp"
+#include "reducer/domains/second_reduction.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 
 namespace cbr::test {

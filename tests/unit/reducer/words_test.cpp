@@ -10,17 +10,17 @@
 #include <functional>
 #include <sstream>
 
-#include "common/error.hpp"
-#include "common/hdf5_file.hpp"
-#include "common/left_out_blocks.hpp"
-#include "common/staleness.hpp"
-#include "common/superelement.hpp"
+#include "common/base/error.hpp"
+#include "common/files/hdf5_file.hpp"
+#include "common/scene/left_out_blocks.hpp"
+#include "common/scene/staleness.hpp"
+#include "common/superelement/superelement.hpp"
+#include "reducer/bases/reduce.hpp"
 #include "reducer/command.hpp"
-#include "reducer/estimate.hpp"
-#include "reducer/geometry_body.hpp"
+#include "reducer/estimate/estimate.hpp"
 #include "reducer/info.hpp"
-#include "reducer/reduce.hpp"
-#include "reducer/summary_text.hpp"
+#include "reducer/judgement/summary_text.hpp"
+#include "reducer/partition/geometry_body.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 
 namespace cbr::test {

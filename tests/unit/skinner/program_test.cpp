@@ -5,7 +5,7 @@
 
 #include <cstdlib>
 
-#include "common/scene.hpp"
+#include "common/scene/scene.hpp"
 #include "tests/unit/common/mesh/sample_meshes.hpp"
 
 namespace cbr {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "common/assembly.hpp"
+#include "common/fem/assembly.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 #include <numeric>
 #include <set>
 
+#include "common/app/program.hpp"
 #include "common/linalg/dense.hpp"
-#include "common/program.hpp"
 #include "tests/unit/common/elements/box_mesh.hpp"
 
 namespace cbr::test {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "common/elements/element.hpp"
+#include "common/fem/elements/element.hpp"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <limits>
 
-#include "common/assembly.hpp"
-#include "common/error.hpp"
+#include "common/base/error.hpp"
+#include "common/fem/assembly.hpp"
 #include "common/linalg/dense.hpp"
 #include "tests/unit/common/elements/box_mesh.hpp"
 

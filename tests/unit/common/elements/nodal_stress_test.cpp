@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Stress at nodes: exact for what the elements hold.
-#include "common/elements/nodal_stress.hpp"
+#include "common/fem/elements/nodal_stress.hpp"
 
 #include <gtest/gtest.h>
 

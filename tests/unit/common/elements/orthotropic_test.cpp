@@ -4,7 +4,7 @@
 
 #include <Eigen/Geometry>
 
-#include "common/elements/element.hpp"
+#include "common/fem/elements/element.hpp"
 #include "tests/unit/common/elements/box_mesh.hpp"
 
 namespace cbr::test {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Rules against the closed integrals of monomials; shape functions against what defines them.
-#include "common/elements/quadrature.hpp"
+#include "common/fem/elements/quadrature.hpp"
 
 #include <gtest/gtest.h>
 
-#include "common/elements/reference_element.hpp"
+#include "common/fem/elements/reference_element.hpp"
 #include "tests/unit/common/elements/box_mesh.hpp"
 
 namespace cbr::test {

@@ -4,7 +4,7 @@
 #include <Eigen/Geometry>
 #include <numbers>
 
-#include "common/elements/shell.hpp"
+#include "common/fem/elements/shell.hpp"
 #include "common/linalg/dense.hpp"
 #include "tests/support/shell_mesh.hpp"
 

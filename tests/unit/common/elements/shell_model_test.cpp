@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "common/fem/shell_model.hpp"
 #include "common/linalg/dense.hpp"
-#include "common/shell_model.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 
-#include "common/error.hpp"
+#include "common/base/error.hpp"
 #include "tests/support/shell_mesh.hpp"
 
 namespace cbr::test {

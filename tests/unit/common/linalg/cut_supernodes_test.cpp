@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "common/linalg/cut_supernodes.hpp"
+#include "common/linalg/sparse/cut_supernodes.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "common/linalg/eigenpairs.hpp"
 #include "common/linalg/dense.hpp"
+#include "common/linalg/eigen/eigenpairs.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
-#include "common/program.hpp"
+#include "common/app/program.hpp"
 #include "tests/unit/common/linalg/grid_matrices.hpp"
 
 namespace cbr::test {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "common/linalg/elimination_order.hpp"
+#include "common/linalg/sparse/elimination_order.hpp"
 
 #include <gtest/gtest.h>
 
-#include "common/linalg/shared_solve.hpp"
-#include "common/linalg/sparse_cholesky.hpp"
+#include "common/linalg/sparse/shared_solve.hpp"
+#include "common/linalg/sparse/sparse_cholesky.hpp"
 #include "tests/unit/common/linalg/grid_matrices.hpp"
 
 namespace cbr::test {

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <vector>
 
-#include "common/types.hpp"
+#include "common/base/types.hpp"
 
 namespace cbr::test {
 

@@ -9,7 +9,7 @@
 #include <cstring>
 #include <random>
 
-#include "common/types.hpp"
+#include "common/base/types.hpp"
 
 namespace cbr::test {
 namespace {

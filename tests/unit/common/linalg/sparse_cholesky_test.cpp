@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "common/linalg/sparse_cholesky.hpp"
+#include "common/linalg/sparse/sparse_cholesky.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <optional>
 
+#include "common/app/program.hpp"
 #include "common/linalg/dense.hpp"
-#include "common/program.hpp"
 #include "tests/unit/common/linalg/grid_matrices.hpp"
 
 namespace cbr::test {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "common/linalg/supernodal.hpp"
+#include "common/linalg/sparse/supernodal.hpp"
 
 #include <gtest/gtest.h>
 
+#include "common/app/program.hpp"
 #include "common/linalg/blas_threads.hpp"
-#include "common/linalg/sparse_cholesky.hpp"
-#include "common/program.hpp"
+#include "common/linalg/sparse/sparse_cholesky.hpp"
 #include "tests/unit/common/linalg/grid_matrices.hpp"
 
 extern "C" int openblas_get_num_threads(void);

@@ -6,7 +6,7 @@
 #include <functional>
 #include <limits>
 
-#include "common/error.hpp"
+#include "common/base/error.hpp"
 #include "sample_meshes.hpp"
 
 namespace cbr {

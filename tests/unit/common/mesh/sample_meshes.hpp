@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "common/error.hpp"
+#include "common/base/error.hpp"
 #include "common/mesh/mesh.hpp"
 
 namespace cbr::test {

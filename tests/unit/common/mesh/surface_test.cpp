@@ -8,7 +8,7 @@
 #include <map>
 #include <set>
 
-#include "common/error.hpp"
+#include "common/base/error.hpp"
 #include "sample_meshes.hpp"
 #include "tests/unit/common/elements/box_mesh.hpp"
 

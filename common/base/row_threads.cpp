@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "common/base/row_threads.hpp"
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <exception>
+#include <mutex>
+#include <system_error>
+#include <thread>
+#include <utility>
+#include <vector>
+
+namespace cbr {
+namespace {
+
+// Whether `happened` within a short while: waking a sleeping thread takes as long as a step of a small mesh.
+template <typename Condition>
+bool soon(const Condition& happened) {
+  constexpr auto patience = std::chrono::microseconds(50);
+  const auto start = std::chrono::steady_clock::now();
+  do {
+    for (int i = 0; i < 32; ++i) {
+      if (happened()) return true;
+#if defined(__x86_64__)
+      __builtin_ia32_pause();
+#endif
+    }
+  } while (std::chrono::steady_clock::now() - start < patience);
+  return false;
+}
+
+}  // namespace
+
+struct RowThreads::Impl {
+  std::mutex mutex;
+  std::condition_variable start, done;
+  std::vector<std::thread> threads;
+  const std::function<void(int)>* work = nullptr;
+  std::exception_ptr failure;  // the first of a round
+  std::atomic<std::uint64_t> round = 0;
+  std::atomic<int> running = 0;
+  std::atomic<bool> quit = false;
+
+  void guarded(int t) {
+    try {
+      (*work)(t);
+    } catch (...) {
+      const std::lock_guard lock(mutex);
+      if (!failure) failure = std::current_exception();
+    }
+  }
+
+  void loop(int t) {
+    std::uint64_t seen = 0;
+    for (;;) {
+      const auto is_called = [&] { return quit.load() || round.load() != seen; };
+      if (!soon(is_called)) {
+        std::unique_lock lock(mutex);
+        start.wait(lock, is_called);
+      }
+      if (quit) return;
+      seen = round;
+      guarded(t);
+      if (running.fetch_sub(1) == 1) {
+        // Taken, so that the caller cannot fall asleep between its look at `running` and this.
+        const std::lock_guard lock(mutex);
+        done.notify_one();
+      }
+    }
+  }
+};
+
+RowThreads::RowThreads(int n_threads) {
+  if (n_threads <= 1) return;
+  impl_ = std::make_unique<Impl>();
+  try {
+    for (int t = 1; t < n_threads; ++t) impl_->threads.emplace_back([impl = impl_.get(), t] { impl->loop(t); });
+  } catch (const std::system_error&) {  // the system grants no more: size() tells
+  }
+}
+
+RowThreads::~RowThreads() {
+  if (!impl_) return;
+  {
+    const std::lock_guard lock(impl_->mutex);
+    impl_->quit = true;
+  }
+  impl_->start.notify_all();
+  for (auto& thread : impl_->threads) thread.join();
+}
+
+RowThreads::RowThreads(RowThreads&&) noexcept = default;
+RowThreads& RowThreads::operator=(RowThreads&&) noexcept = default;
+
+int RowThreads::size() const { return impl_ ? static_cast<int>(impl_->threads.size()) + 1 : 1; }
+
+void RowThreads::run(const std::function<void(int)>& work) {
+  if (!impl_) return work(0);
+  {
+    const std::lock_guard lock(impl_->mutex);
+    impl_->work = &work;
+    impl_->running = static_cast<int>(impl_->threads.size());
+    ++impl_->round;
+  }
+  impl_->start.notify_all();
+  impl_->guarded(0);
+  const auto is_done = [&] { return impl_->running.load() == 0; };
+  if (!soon(is_done)) {
+    std::unique_lock lock(impl_->mutex);
+    impl_->done.wait(lock, is_done);
+  }
+  if (impl_->failure) std::rethrow_exception(std::exchange(impl_->failure, nullptr));
+}
+
+void RowThreads::for_rows(Index n, const std::function<void(Index, Index)>& work) {
+  run([&](int t) { work(part(n, t), part(n, t + 1)); });
+}
+
+void run_kept_threads(int n, const std::function<void(int)>& work) {
+  static std::mutex taken;
+  static std::unique_ptr<RowThreads> kept;
+  static int wanted = 0;
+  const std::unique_lock lock(taken, std::try_to_lock);
+  if (n <= 1 || !lock) {
+    for (int t = 0; t < n; ++t) work(t);
+    return;
+  }
+  if (wanted != n) kept = std::make_unique<RowThreads>(n), wanted = n;
+  kept->run(work);
+  for (int t = kept->size(); t < n; ++t) work(t);
+}
+
+}  // namespace cbr

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Front door of common/base: types, errors, text of numbers, threads, memory: what everything else
+// stands on.
+//
+// The array types that every other header speaks in. Storage order is settled here and nowhere else.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/SparseCore>
+
+#include <cstdint>
+
+namespace cbr {
+
+using Index = std::int64_t;
+using Vector = Eigen::VectorXd;
+using Matrix = Eigen::MatrixXd;  // column-major, as BLAS, LAPACK and ARPACK want it
+using Vector3 = Eigen::Vector3d;
+using Matrix3 = Eigen::Matrix3d;
+
+// Compressed by columns, 64-bit indices: a million dofs overflow 32 bits in the factor.
+using SparseMatrix = Eigen::SparseMatrix<double, Eigen::ColMajor, Index>;
+
+// One row per point, so that a row is contiguous and a file's n x 3 dataset is this memory.
+using Points = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
+// One row per element or face: node indices from 0.
+using IndexTable = Eigen::Matrix<Index, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+}  // namespace cbr

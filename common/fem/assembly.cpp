@@ -1,0 +1,342 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "common/fem/assembly.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <functional>
+
+#include "common/app/program.hpp"
+#include "common/base/error.hpp"
+#include "common/base/number_text.hpp"
+#include "common/base/parallel.hpp"
+#include "common/scene/left_out_blocks.hpp"
+
+namespace cbr {
+namespace {
+
+// Below this an element's Jacobian is zero, for all that rounded coordinates can tell.
+constexpr double smallest_quality = 1e-10;
+// Element matrices kept at a time, between their computation and their addition to K and M.
+constexpr std::size_t batch_bytes = 32u << 20;
+
+bool is_volume(const Block& block) { return dimension(block.type) == 3; }
+
+std::string rounded_text(double value) {
+  char buffer[32];
+  std::snprintf(buffer, sizeof buffer, "%.3g", value);
+  return buffer;
+}
+
+std::string element_text(const Block& block, Index e) {
+  return "block '" + block.name + "': element " + std::to_string(block.element_ids[static_cast<std::size_t>(e)]) + " (" +
+         std::string(name(block.type)) + ")";
+}
+
+Points element_points(const Mesh& mesh, const Block& block, Index e) {
+  Points X(block.connectivity.cols(), 3);
+  for (Index i = 0; i < X.rows(); ++i) X.row(i) = mesh.coordinates.row(block.connectivity(e, i));
+  return X;
+}
+
+// The share of 0 .. n - 1 that thread t of n_threads does.
+struct Share {
+  Index begin, end;
+  Share(Index n, int t, int n_threads) : begin(n * t / n_threads), end(n * (t + 1) / n_threads) {}
+};
+
+void check_material(const Block& block, const Material& material) {
+  const auto refuse = [&](const std::string& what, double got, const std::string& allowed) {
+    throw InputError("block '" + block.name + "': " + what + " is " + number_text(got) + ": it must be " + allowed);
+  };
+  const double E = material.youngs_modulus, nu = material.poissons_ratio, rho = material.density;
+  if (!(E > 0) || !std::isfinite(E)) refuse("youngs_modulus", E, "positive and finite");
+  if (!(nu > -1 && nu < 0.5)) refuse("poissons_ratio", nu, "above -1 and below 0.5");
+  if (!(rho > 0) || !std::isfinite(rho)) refuse("density", rho, "positive and finite");
+}
+
+void check_nodes(const Mesh& mesh, const Block& block, Index e) {
+  const auto nodes = block.connectivity.row(e);
+  for (Index i = 0; i < nodes.size(); ++i) {
+    const std::string id = std::to_string(mesh.node_ids[static_cast<std::size_t>(nodes(i))]);
+    if (!mesh.coordinates.row(nodes(i)).allFinite())
+      throw InputError("node " + id + " of " + element_text(block, e) + " has a coordinate that is not a finite number");
+    for (Index j = 0; j < i; ++j)
+      if (nodes(i) == nodes(j))
+        throw InputError(element_text(block, e) + " has node " + id + " twice: give the element the type that it really has");
+  }
+}
+
+bool nodes_are_usable(const Mesh& mesh, const Block& block, Index e) {
+  for (Index i = 0; i < block.connectivity.cols(); ++i) {
+    if (!mesh.coordinates.row(block.connectivity(e, i)).allFinite()) return false;
+    for (Index j = 0; j < i; ++j)
+      if (block.connectivity(e, i) == block.connectivity(e, j)) return false;
+  }
+  return true;
+}
+
+// The first element in the block's order that is not usable is the one reported, whatever the number of threads.
+void check_elements(const Mesh& mesh, const Block& block) {
+  const Index n = block.connectivity.rows();
+  const int threads = n_threads();
+  std::vector<Index> first(static_cast<std::size_t>(threads), n);
+  run_threads(threads, [&](int t) {
+    const Share share(n, t, threads);
+    for (Index e = share.begin; e < share.end; ++e)
+      if (!nodes_are_usable(mesh, block, e) || !(element_quality(block.type, element_points(mesh, block, e)) > smallest_quality)) {
+        first[static_cast<std::size_t>(t)] = e;
+        return;
+      }
+  });
+  const Index e = *std::min_element(first.begin(), first.end());
+  if (e == n) return;
+  check_nodes(mesh, block, e);
+  const double quality = element_quality(block.type, element_points(mesh, block, e));
+  const std::string found = std::isfinite(quality) ? "its smallest Jacobian is " + rounded_text(quality) +
+                                                         " of the mean one, allowed: above " + rounded_text(smallest_quality)
+                                                   : "its volume is below 0";
+  throw InputError(element_text(block, e) + (quality < 0 ? " is inverted (" : " is degenerate (") + found +
+                   "): check its node order and coordinates");
+}
+
+// Stiffness E h, mass rho h^3 and frequency sqrt(E / rho) / h of an element of size h must leave room for products of them.
+void check_magnitudes(const Mesh& mesh, const Block& block, const Material& material) {
+  constexpr double least = 1e-290, most = 1e200;
+  if (block.connectivity.rows() == 0) return;
+  double smallest = HUGE_VAL, largest = 0;
+  for (Index e = 0; e < block.connectivity.rows(); ++e) {
+    const Points X = element_points(mesh, block, e);
+    const double h = (X.colwise().maxCoeff() - X.colwise().minCoeff()).maxCoeff();
+    smallest = std::min(smallest, h), largest = std::max(largest, h);
+  }
+  const auto require = [&](double value, const std::string& what) {
+    if (value >= least && value <= most) return;
+    throw InputError("block '" + block.name + "': elements of size " + rounded_text(smallest) + " to " + rounded_text(largest) +
+                     ", youngs_modulus " + number_text(material.youngs_modulus) + " and density " + number_text(material.density) +
+                     " give a " + what + " of about " + rounded_text(value) + ", allowed: " + rounded_text(least) + " to " +
+                     rounded_text(most) + ": look at the units of the mesh and the material");
+  };
+  for (const double h : {smallest, largest}) {
+    require(material.youngs_modulus * h, "stiffness");
+    require(material.density * h * h * h, "mass");
+    require(material.youngs_modulus / material.density / h / h, "squared frequency");
+  }
+}
+
+std::vector<Index> sorted_nodes(const Block& block, Index e) {
+  std::vector<Index> nodes(block.connectivity.row(e).begin(), block.connectivity.row(e).end());
+  std::sort(nodes.begin(), nodes.end());
+  return nodes;
+}
+
+// Two elements of the same nodes fill one place twice: its mass and stiffness would count twice.
+void check_repeated(const Mesh& mesh) {
+  struct Entry {
+    std::uint64_t hash;
+    const Block* block;
+    Index e;
+  };
+  std::vector<Entry> entries;
+  for (const Block& block : mesh.blocks) {
+    if (!is_volume(block)) continue;
+    for (Index e = 0; e < block.connectivity.rows(); ++e) {
+      std::uint64_t hash = 0;  // a sum: the order of the nodes does not matter
+      for (const Index node : block.connectivity.row(e)) {
+        std::uint64_t x = static_cast<std::uint64_t>(node) * 0x9E3779B97F4A7C15u;
+        x = (x ^ (x >> 29)) * 0xBF58476D1CE4E5B9u;
+        hash += x ^ (x >> 32);
+      }
+      entries.push_back({hash, &block, e});
+    }
+  }
+  std::stable_sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) { return a.hash < b.hash; });
+  for (std::size_t i = 1; i < entries.size(); ++i) {
+    const Entry &a = entries[i - 1], &b = entries[i];
+    if (a.hash != b.hash || sorted_nodes(*a.block, a.e) != sorted_nodes(*b.block, b.e)) continue;
+    throw InputError(element_text(*b.block, b.e) + " has the same nodes as " + element_text(*a.block, a.e) +
+                     ", so that its mass and stiffness would count twice: remove one of them");
+  }
+}
+
+void number_nodes(const Mesh& mesh, FiniteElementModel& model) {
+  model.row.assign(static_cast<std::size_t>(mesh.coordinates.rows()), -1);
+  for (const Block& block : mesh.blocks)
+    if (is_volume(block))
+      for (Index k = 0; k < block.connectivity.size(); ++k) model.row[static_cast<std::size_t>(block.connectivity.data()[k])] = 0;
+  for (std::size_t i = 0; i < model.row.size(); ++i) {
+    if (model.row[i] < 0) continue;
+    model.row[i] = static_cast<Index>(model.nodes.size());
+    model.nodes.push_back(static_cast<Index>(i));
+  }
+}
+
+// For each node the nodes that share an element with it, itself too, ascending: compressed rows.
+struct Neighbours {
+  std::vector<Index> start, list;
+  Index count(Index i) const { return start[static_cast<std::size_t>(i) + 1] - start[static_cast<std::size_t>(i)]; }
+  const Index* begin(Index i) const { return list.data() + start[static_cast<std::size_t>(i)]; }
+  // Position of j among i's neighbours.
+  Index position(Index i, Index j) const { return std::lower_bound(begin(i), begin(i) + count(i), j) - begin(i); }
+};
+
+// Compressed rows too: which elements (block, row) each node is in. A counting sort over the connectivity.
+struct ElementsOfNodes {
+  struct Entry {
+    const Block* block;
+    Index e;
+  };
+  std::vector<Index> start;
+  std::vector<Entry> list;
+};
+
+ElementsOfNodes elements_of_nodes(const Mesh& mesh, const FiniteElementModel& model) {
+  ElementsOfNodes result;
+  result.start.assign(model.nodes.size() + 2, 0);
+  const auto each = [&](auto action) {
+    for (const Block& block : mesh.blocks)
+      if (is_volume(block))
+        for (Index e = 0; e < block.connectivity.rows(); ++e)
+          for (Index i = 0; i < block.connectivity.cols(); ++i)
+            action(block, e, static_cast<std::size_t>(model.row[static_cast<std::size_t>(block.connectivity(e, i))]));
+  };
+  // Counted two places on, so that filling moves each start to its place.
+  each([&](const Block&, Index, std::size_t row) { ++result.start[row + 2]; });
+  for (std::size_t i = 2; i < result.start.size(); ++i) result.start[i] += result.start[i - 1];
+  result.list.resize(static_cast<std::size_t>(result.start.back()));
+  each([&](const Block& block, Index e, std::size_t row) {
+    result.list[static_cast<std::size_t>(result.start[row + 1]++)] = {&block, e};
+  });
+  result.start.pop_back();
+  return result;
+}
+
+Neighbours find_neighbours(const Mesh& mesh, const FiniteElementModel& model) {
+  const ElementsOfNodes elements = elements_of_nodes(mesh, model);
+  const std::size_t n = model.nodes.size();
+  Neighbours neighbours;
+  neighbours.start.assign(n + 1, 0);
+  std::vector<Index> seen(n, -1);
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::size_t first = neighbours.list.size();
+    for (Index k = elements.start[i]; k < elements.start[i + 1]; ++k) {
+      const auto [block, e] = elements.list[static_cast<std::size_t>(k)];
+      for (Index a = 0; a < block->connectivity.cols(); ++a) {
+        const Index j = model.row[static_cast<std::size_t>(block->connectivity(e, a))];
+        if (seen[static_cast<std::size_t>(j)] == static_cast<Index>(i)) continue;
+        seen[static_cast<std::size_t>(j)] = static_cast<Index>(i);
+        neighbours.list.push_back(j);
+      }
+    }
+    std::sort(neighbours.list.begin() + static_cast<std::ptrdiff_t>(first), neighbours.list.end());
+    neighbours.start[i + 1] = static_cast<Index>(neighbours.list.size());
+  }
+  return neighbours;
+}
+
+// Zeros at 3 x 3 blocks for each pair of neighbours (full), or at their diagonals only. Into an argument, because Eigen 3.4 copies
+// a sparse matrix that is returned and assigned.
+void set_pattern(const Neighbours& neighbours, bool full, SparseMatrix& A) {
+  const Index n = static_cast<Index>(neighbours.start.size()) - 1, height = full ? 3 : 1;
+  A.resize(3 * n, 3 * n);
+  A.resizeNonZeros(3 * height * static_cast<Index>(neighbours.list.size()));
+  Index* outer = A.outerIndexPtr();
+  Index* inner = A.innerIndexPtr();
+  for (Index i = 0; i < n; ++i)
+    for (Index c = 0; c < 3; ++c) {
+      outer[3 * i + c + 1] = outer[3 * i + c] + height * neighbours.count(i);
+      for (Index k = 0; k < neighbours.count(i); ++k)
+        for (Index a = 0; a < height; ++a) *inner++ = 3 * neighbours.begin(i)[k] + (full ? a : c);
+    }
+  std::fill(A.valuePtr(), A.valuePtr() + A.nonZeros(), 0.0);
+}
+
+struct ElementMatrices {
+  Matrix K, M;  // 3 n x 3 n; n x n, or n x 1 when lumped
+};
+
+ElementMatrices element_matrices(const Mesh& mesh, const Block& block, const BlockProperties& properties, MassKind mass, Index e) {
+  const Points X = element_points(mesh, block, e);
+  const double rho = properties.material.density;
+  return {element_stiffness(block.type, properties.hex8, X, properties.material),
+          mass == MassKind::lumped ? Matrix(element_lumped_mass(block.type, X, rho)) : element_mass(block.type, X, rho)};
+}
+
+// Adds the columns that belong to thread t, so no two threads write to one place, and each sum has one order.
+void add_element(const ElementMatrices& element, const std::vector<Index>& rows, const Neighbours& neighbours, int t, int n_threads,
+                 FiniteElementModel& model) {
+  const Index n = static_cast<Index>(rows.size());
+  for (Index j = 0; j < n; ++j) {
+    const Index column = rows[static_cast<std::size_t>(j)];
+    if (column % n_threads != t) continue;
+    const bool lumped = element.M.cols() == 1;
+    if (lumped)
+      for (Index c = 0; c < 3; ++c) model.M.valuePtr()[3 * column + c] += element.M(j, 0);
+    for (Index i = 0; i < n; ++i) {
+      const Index k = neighbours.position(column, rows[static_cast<std::size_t>(i)]);
+      for (Index c = 0; c < 3; ++c) {
+        double* values = model.K.valuePtr() + model.K.outerIndexPtr()[3 * column + c] + 3 * k;
+        for (Index a = 0; a < 3; ++a) values[a] += element.K(3 * i + a, 3 * j + c);
+        if (!lumped) model.M.valuePtr()[model.M.outerIndexPtr()[3 * column + c] + k] += element.M(i, j);
+      }
+    }
+  }
+}
+
+void add_block(const Mesh& mesh, const Block& block, const BlockProperties& properties, MassKind mass, const Neighbours& neighbours,
+               FiniteElementModel& model) {
+  const Index n = block.connectivity.cols(), n_e = block.connectivity.rows();
+  if (n_e == 0) return;
+  const Index batch = std::max<Index>(1, static_cast<Index>(batch_bytes / sizeof(double)) / (10 * n * n));
+  const int threads = n_threads();
+  std::vector<ElementMatrices> matrices(static_cast<std::size_t>(std::min(batch, n_e)));
+  for (Index first = 0; first < n_e; first += batch) {
+    const Index size = std::min(batch, n_e - first);
+    run_threads(threads, [&](int t) {
+      const Share share(size, t, threads);
+      for (Index k = share.begin; k < share.end; ++k)
+        matrices[static_cast<std::size_t>(k)] = element_matrices(mesh, block, properties, mass, first + k);
+    });
+    run_threads(threads, [&](int t) {
+      std::vector<Index> rows(static_cast<std::size_t>(n));
+      for (Index k = 0; k < size; ++k) {
+        for (Index i = 0; i < n; ++i)
+          rows[static_cast<std::size_t>(i)] = model.row[static_cast<std::size_t>(block.connectivity(first + k, i))];
+        add_element(matrices[static_cast<std::size_t>(k)], rows, neighbours, t, threads, model);
+      }
+    });
+  }
+}
+
+}  // namespace
+
+FiniteElementModel assemble(const Mesh& mesh, const std::vector<BlockProperties>& properties, MassKind mass) {
+  assert(properties.size() == mesh.blocks.size());
+  for (std::size_t b = 0; b < mesh.blocks.size(); ++b) {
+    if (!is_volume(mesh.blocks[b])) continue;
+    check_material(mesh.blocks[b], properties[b].material);
+    check_elements(mesh, mesh.blocks[b]);
+    check_magnitudes(mesh, mesh.blocks[b], properties[b].material);
+  }
+  check_repeated(mesh);
+  FiniteElementModel model;
+  number_nodes(mesh, model);
+  if (model.nodes.empty()) throw InputError(no_volume_elements);
+
+  const Neighbours neighbours = find_neighbours(mesh, model);
+  set_pattern(neighbours, true, model.K);
+  if (mass == MassKind::consistent) {
+    set_pattern(neighbours, false, model.M);
+  } else {
+    model.M.resize(model.K.rows(), model.K.rows());
+    model.M.setIdentity();
+    model.M *= 0.0;
+  }
+  for (std::size_t b = 0; b < mesh.blocks.size(); ++b)
+    if (is_volume(mesh.blocks[b])) add_block(mesh, mesh.blocks[b], properties[b], mass, neighbours, model);
+  return model;
+}
+
+}  // namespace cbr

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Element integrals for a fixed number of nodes n, so that the compiler sees every size. For the .cpp of this folder.
+#pragma once
+
+#include <Eigen/LU>
+#include <array>
+#include <cassert>
+#include <cmath>
+
+#include "common/fem/elements/element.hpp"
+#include "common/fem/elements/reference_element.hpp"
+
+namespace cbr::isoparametric {
+
+template <int n>
+using Nodes = Eigen::Matrix<double, n, 3, Eigen::RowMajor>;
+template <int n>
+using DofMatrix = Eigen::Matrix<double, 3 * n, 3 * n>;
+
+// Column q: sqrt(weight det J) dN_i/dx_a at point q, row 3 i + a.
+template <int n>
+using Gradients = Eigen::Matrix<double, 3 * n, Eigen::Dynamic, Eigen::ColMajor, 3 * n, 27>;
+
+// C_acbd, component axes: stress_ac = C_acbd strain_bd.
+class Elasticity {
+ public:
+  explicit Elasticity(const Material& material);
+
+  // k_ab = C_acbd s_cd, s a 3 x 3 matrix of gradients' products
+  Matrix3 stiffness(const Matrix3& s) const {
+    Matrix3 k;
+    if (is_isotropic_) {
+      k = lambda_ * s + mu_ * s.transpose();
+      k.diagonal().array() += mu_ * s.trace();
+      return k;
+    }
+    for (int a = 0; a < 3; ++a)
+      for (int b = 0; b < 3; ++b) k(a, b) = C_[static_cast<std::size_t>(3 * a + b)].cwiseProduct(s).sum();
+    return k;
+  }
+  Matrix3 stress(const Matrix3& strain) const;
+  // rho c^2 of the fastest plane wave along one of the component's axes, or a bound of it.
+  double wave_modulus() const;
+
+ private:
+  bool is_isotropic_ = true;
+  double lambda_ = 0, mu_ = 0;
+  std::array<Matrix3, 9> C_;  // of a and b: c x d
+};
+
+// Coordinates from the first node: an element far from the origin loses no digits in its Jacobian.
+template <int n>
+Nodes<n> local_coordinates(const Points& X) {
+  assert(X.rows() == n);
+  const Eigen::Map<const Nodes<n>> all(X.data());
+  return all.rowwise() - all.row(0);
+}
+
+// J(k, c) = dx_c / dxi_k
+template <int n>
+Matrix3 jacobian(const Nodes<n>& X, const Points& dN) {
+  const Eigen::Map<const Nodes<n>> slopes(dN.data());
+  return slopes.transpose().lazyProduct(X);
+}
+
+// dN/dx = dN/dxi J^-T   (n x 3)
+template <int n>
+Nodes<n> gradient(const Points& dN, const Matrix3& J) {
+  const Eigen::Map<const Nodes<n>> slopes(dN.data());
+  return slopes.lazyProduct(J.inverse().transpose());
+}
+
+template <int n>
+Gradients<n> gradients(const Nodes<n>& X, const ShapeTable& table) {
+  Gradients<n> A(3 * n, table.size());
+  for (Index q = 0; q < table.size(); ++q) {
+    const Points& dN = table.dN[static_cast<std::size_t>(q)];
+    const Matrix3 J = jacobian<n>(X, dN);
+    const double volume = table.weight[static_cast<std::size_t>(q)] * J.determinant();
+    assert(volume > 0);
+    Eigen::Map<Nodes<n>>(A.col(q).data()) = std::sqrt(volume) * gradient<n>(dN, J);
+  }
+  return A;
+}
+
+// From S = A A^T (3 n x 3 n), S_(ia)(jb) = integral of dN_i/dx_a dN_j/dx_b:
+//   K_(ia)(jb) = C_acbd S_(ic)(jd), of an isotropic material lambda S_(ia)(jb) + mu S_(ib)(ja) + mu delta_ab sum_c S_(ic)(jc)
+// Each entry and its mirror come from the same operations: K == K^T to the last bit.
+template <int n>
+DofMatrix<n> elastic_stiffness(const Gradients<n>& A, const Elasticity& material) {
+  DofMatrix<n> S = DofMatrix<n>::Zero();
+  for (Index q = 0; q < A.cols(); ++q)
+    for (int j = 0; j < 3 * n; ++j) S.col(j).tail(3 * n - j) += A(j, q) * A.col(q).tail(3 * n - j);
+  for (int j = 0; j < 3 * n; ++j) S.row(j).tail(3 * n - j - 1) = S.col(j).tail(3 * n - j - 1).transpose();
+  DofMatrix<n> K;
+  for (int j = 0; j < n; ++j)
+    for (int i = j; i < n; ++i) {
+      const Matrix3 s = S.template block<3, 3>(3 * i, 3 * j);
+      Matrix3 k = material.stiffness(s);
+      if (i == j) k.triangularView<Eigen::StrictlyUpper>() = k.transpose();
+      K.template block<3, 3>(3 * i, 3 * j) = k;
+      K.template block<3, 3>(3 * j, 3 * i) = k.transpose();
+    }
+  return K;
+}
+
+}  // namespace cbr::isoparametric

@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "common/fem/elements/nodal_stress.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "common/fem/elements/hex8.hpp"
+#include "common/fem/elements/isoparametric.hpp"
+
+namespace cbr {
+namespace {
+
+using isoparametric::Elasticity;
+using isoparametric::Nodes;
+
+// Where stress is sampled, and what the nodes make of it.
+struct Sampling {
+  std::vector<Points> dN;  // at each of the points, n x 3
+  Matrix at_nodes;         // points x n: column a are the weights of the points at node a
+};
+
+// Reference coordinates of node a: where its shape function is 1 and all others are 0. Of the apex of a pyramid, where the first
+// two coordinates mean nothing, those in the middle.
+Vector3 place_of_node(ElementType type, Index a) {
+  constexpr std::array<double, 5> values = {0, 0.5, -0.5, 1, -1};
+  for (const double z : values)
+    for (const double y : values)
+      for (const double x : values) {
+        const Vector N = shape_functions(type, Vector3(x, y, z)).N;
+        if ((N - Vector::Unit(N.size(), a)).cwiseAbs().maxCoeff() < 1e-12) return {x, y, z};
+      }
+  assert(false && "a node of a volume element");
+  return Vector3::Zero();
+}
+
+// Lagrange's polynomial of two points at +-1/sqrt 3, of the one at p
+double of_line(double p, double x) { return 0.5 * (1 + 3 * p * x); }
+
+// The linear function that is 1 at the point q of a rule of corner points and 0 at the others; d = 2: triangle, 3: tetrahedron.
+// With barycentric coordinates L the points are (1 - d a, a, .., a) permuted.
+double of_simplex(int d, const Vector3& q, const Vector3& x) {
+  const auto barycentric = [d](const Vector3& xi) {
+    Vector L(d + 1);
+    L << 1 - xi.head(d).sum(), xi.head(d);
+    return L;
+  };
+  const Vector of_point = barycentric(q);
+  Index corner = 0;
+  of_point.maxCoeff(&corner);
+  const double a = of_point.minCoeff();
+  return (barycentric(x)[corner] - a) / (1 - (d + 1) * a);
+}
+
+double weight(ElementType type, const Vector3& q, const Vector3& x) {
+  switch (type) {
+    case ElementType::tet4:
+      return 1;
+    case ElementType::tet10:
+      return of_simplex(3, q, x);
+    case ElementType::wedge6:
+      return of_simplex(2, q, x) * of_line(q.z(), x.z());
+    case ElementType::pyramid5:
+      return of_line(q.x(), x.x()) * of_line(q.y(), x.y());
+    default:
+      return of_line(q.x(), x.x()) * of_line(q.y(), x.y()) * of_line(q.z(), x.z());
+  }
+}
+
+QuadratureRule points_of(ElementType type) {
+  switch (type) {
+    case ElementType::tet4:
+      return tetrahedron_rule(1);
+    case ElementType::tet10:
+      return tetrahedron_rule(4);
+    case ElementType::wedge6:
+      return wedge_rule(3, 2);
+    case ElementType::pyramid5:
+      return pyramid_rule(2, 1);
+    default:
+      return gauss_hex(2);
+  }
+}
+
+Sampling sample(ElementType type) {
+  if (dimension(type) != 3) return {};
+  const QuadratureRule rule = points_of(type);
+  Sampling sampling;
+  sampling.at_nodes.resize(static_cast<Index>(rule.size()), n_nodes(type));
+  for (const QuadraturePoint& point : rule) sampling.dN.push_back(shape_functions(type, point.xi).dN);
+  for (Index a = 0; a < n_nodes(type); ++a) {
+    const Vector3 x = place_of_node(type, a);
+    for (std::size_t q = 0; q < rule.size(); ++q) sampling.at_nodes(static_cast<Index>(q), a) = weight(type, rule[q].xi, x);
+  }
+  return sampling;
+}
+
+const Sampling& sampling_of(ElementType type) {
+  constexpr std::size_t n_types = static_cast<std::size_t>(ElementType::hex27) + 1;
+  static const auto table = [] {
+    std::array<Sampling, n_types> all;
+    for (std::size_t i = 0; i < n_types; ++i) all[i] = sample(static_cast<ElementType>(i));
+    return all;
+  }();
+  return table[static_cast<std::size_t>(type)];
+}
+
+Eigen::Matrix<double, 6, 1> stress_of(const Elasticity& material, const Matrix3& H) {
+  const Matrix3 s = material.stress(0.5 * (H + H.transpose()));
+  return {s(0, 0), s(1, 1), s(2, 2), s(0, 1), s(1, 2), s(2, 0)};
+}
+
+template <int n>
+Matrix nodal_stress(const Sampling& sampling, const Points& X, const Elasticity& material, const Points& u) {
+  const Nodes<n> local = isoparametric::local_coordinates<n>(X), motion = isoparametric::local_coordinates<n>(u);
+  Matrix at_points(6, sampling.at_nodes.rows());
+  for (Index q = 0; q < at_points.cols(); ++q) {
+    const Points& dN = sampling.dN[static_cast<std::size_t>(q)];
+    const Nodes<n> g = isoparametric::gradient<n>(dN, isoparametric::jacobian<n>(local, dN));
+    // H_ab = du_a/dx_b
+    at_points.col(q) = stress_of(material, motion.transpose().lazyProduct(g));
+  }
+  return (at_points * sampling.at_nodes).transpose();
+}
+
+Matrix incompatible_stress(const Sampling& sampling, const Points& X, const Material& material, const Points& u) {
+  const auto H = hex8_incompatible_gradients(isoparametric::local_coordinates<8>(X), material, isoparametric::local_coordinates<8>(u));
+  const Elasticity elasticity(material);
+  Matrix at_points(6, 8);
+  for (Index q = 0; q < 8; ++q) at_points.col(q) = stress_of(elasticity, H[static_cast<std::size_t>(q)]);
+  return (at_points * sampling.at_nodes).transpose();
+}
+
+}  // namespace
+
+Matrix element_nodal_stress(ElementType type, Hex8Formulation hex8, const Points& X, const Material& material, const Points& u) {
+  const Sampling& sampling = sampling_of(type);
+  if (type == ElementType::hex8 && hex8 == Hex8Formulation::hourglass)
+    return element_stress(type, hex8, X, material, u).transpose().replicate(8, 1);
+  if (type == ElementType::hex8 && hex8 == Hex8Formulation::incompatible) return incompatible_stress(sampling, X, material, u);
+  const Elasticity elasticity(material);
+  switch (n_nodes(type)) {
+    case 4:
+      return nodal_stress<4>(sampling, X, elasticity, u);
+    case 5:
+      return nodal_stress<5>(sampling, X, elasticity, u);
+    case 6:
+      return nodal_stress<6>(sampling, X, elasticity, u);
+    case 8:
+      return nodal_stress<8>(sampling, X, elasticity, u);
+    case 10:
+      return nodal_stress<10>(sampling, X, elasticity, u);
+    case 20:
+      return nodal_stress<20>(sampling, X, elasticity, u);
+    default:
+      assert(n_nodes(type) == 27);
+      return nodal_stress<27>(sampling, X, elasticity, u);
+  }
+}
+
+}  // namespace cbr

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The forces that contact may put on a superelement's nodes, whose static answer is kept in full.
+#pragma once
+
+#include <vector>
+
+#include "common/scene/scene.hpp"
+#include "common/superelement/superelement.hpp"
+
+namespace cbr {
+
+// A surface that may touch, and whether forces along it count as well as normal ones.
+struct TouchingSurface {
+  const Surface* surface = nullptr;
+  bool all_directions = false;
+};
+
+// Of the superelement's surfaces those that a scene's contact names, or all of them where it names a set that is none. `everywhere`:
+// in all directions whatever the contact is.
+std::vector<TouchingSurface> touching_surfaces(const InterfaceNeeds& needs, const Superelement& s, bool everywhere = false);
+
+// Area vectors of a surface's nodes, outward: of each the shares of its faces' area vectors, by their corners.
+struct NodeAreas {
+  std::vector<Index> node;  // m, of the superelement
+  Points vector;            // m x 3
+  Vector area;              // m, the sum of the shares' lengths
+};
+NodeAreas node_areas(const Superelement& s, const Surface& surface);
+
+// Nodes and unit directions of the forces, by node; no F. is_kept: nodes without any, by node of s; empty: none.
+StaticShare static_forces(const std::vector<TouchingSurface>& touching, const std::vector<char>& is_kept, const Superelement& s);
+
+}  // namespace cbr

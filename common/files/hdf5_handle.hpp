@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What the reader and the writer share. Included by hdf5_reader.cpp and hdf5_writer.cpp only.
+#pragma once
+
+#include <hdf5.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "common/base/types.hpp"
+
+namespace cbr::hdf5 {
+
+// An HDF5 identifier that closes itself.
+class Handle {
+ public:
+  using Close = herr_t (*)(hid_t);
+  Handle() = default;
+  Handle(hid_t id, Close close) : id_(id), close_(close) {}
+  Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
+  Handle& operator=(Handle&& other) noexcept {
+    std::swap(id_, other.id_), std::swap(close_, other.close_);
+    return *this;
+  }
+  ~Handle() {
+    if (id_ >= 0) close_(id_);
+  }
+  operator hid_t() const { return id_; }
+  bool ok() const { return id_ >= 0; }
+  hid_t release() { return std::exchange(id_, -1); }
+
+ private:
+  hid_t id_ = -1;
+  Close close_ = nullptr;
+};
+
+// The library prints its error stack unless told not to; the setting is per thread.
+inline void silence() { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }
+
+// Rows copied at once between a column-major matrix and the file's rows: 16 MB, whatever the matrix's size.
+inline Index panel_rows(Index columns) { return std::max<Index>(1, (Index{1} << 21) / std::max<Index>(1, columns)); }
+
+// Memory and file spaces of rows [first, first + rows) of a two-dimensional dataset.
+inline std::pair<Handle, Handle> panel(hid_t dataset, Index first, Index rows, Index columns) {
+  const hsize_t start[2] = {static_cast<hsize_t>(first), 0};
+  const hsize_t count[2] = {static_cast<hsize_t>(rows), static_cast<hsize_t>(columns)};
+  Handle memory(H5Screate_simple(2, count, nullptr), H5Sclose), file(H5Dget_space(dataset), H5Sclose);
+  H5Sselect_hyperslab(file, H5S_SELECT_SET, start, nullptr, count, nullptr);
+  return {std::move(memory), std::move(file)};
+}
+
+}  // namespace cbr::hdf5

@@ -1,0 +1,335 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+
+#include "common/base/checksum.hpp"
+#include "common/base/error.hpp"
+#include "common/files/hdf5_file.hpp"
+#include "common/files/hdf5_handle.hpp"
+#include "common/files/hdf5_string_heap.hpp"
+
+namespace cbr {
+
+namespace fs = std::filesystem;
+using hdf5::Handle;
+
+namespace {
+
+herr_t visit_attribute(hid_t owner, const char* name, const H5A_info_t*, void*) {
+  const Handle attribute(H5Aopen(owner, name, H5P_DEFAULT), H5Aclose);
+  const Handle type(H5Aget_type(attribute), H5Tclose), space(H5Aget_space(attribute), H5Sclose);
+  const std::size_t size = H5Tget_size(type);
+  if (H5Sget_simple_extent_npoints(space) != 1 || size == 0 || size > (std::size_t{1} << 20)) return 0;
+  std::vector<char> value(size);
+  if (H5Aread(attribute, type, value.data()) >= 0) H5Dvlen_reclaim(type, space, H5P_DEFAULT, value.data());
+  return 0;
+}
+
+// What lies in one piece is only bytes; chunks and small datasets in headers are found by structures of their own.
+void visit_dataset(hid_t dataset) {
+  const Handle type(H5Dget_type(dataset), H5Tclose), space(H5Dget_space(dataset), H5Sclose),
+      properties(H5Dget_create_plist(dataset), H5Pclose);
+  const H5D_layout_t layout = H5Pget_layout(properties);
+  if (layout != H5D_CHUNKED && layout != H5D_COMPACT) return;
+  const bool real = H5Tget_class(type) == H5T_FLOAT;
+  const hssize_t n = H5Sget_simple_extent_npoints(space);
+  const double most = 1032.0 * static_cast<double>(H5Dget_storage_size(dataset));
+  if ((!real && H5Tget_class(type) != H5T_INTEGER) || n <= 0 || static_cast<double>(n) > most) return;
+  std::vector<double> values(static_cast<std::size_t>(n));
+  H5Dread(dataset, real ? H5T_NATIVE_DOUBLE : H5T_NATIVE_INT64, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data());
+}
+
+herr_t visit_object(hid_t file, const char* name, const H5O_info_t* info, void*) {
+  const Handle object(H5Oopen(file, name, H5P_DEFAULT), H5Oclose);
+  if (!object.ok()) return 0;
+  H5Aiterate2(object, H5_INDEX_NAME, H5_ITER_INC, nullptr, visit_attribute, nullptr);
+  if (info->type == H5O_TYPE_DATASET) visit_dataset(object);
+  return 0;
+}
+
+Handle open_read_only(const fs::path& path) {
+  const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+#if H5_VERSION_GE(1, 10, 7)
+  H5Pset_file_locking(access, false, true);  // a file is renamed when whole, never changed: locks only fail on network disks
+#endif
+  return {H5Fopen(path.c_str(), H5F_ACC_RDONLY, access), H5Fclose};
+}
+
+// All that the reader may come to.
+void visit_all(const fs::path& path) {
+  const Handle file = open_read_only(path);
+  if (file.ok()) H5Ovisit(file, H5_INDEX_NAME, H5_ITER_INC, visit_object, nullptr);
+}
+
+}  // namespace
+
+struct Hdf5Reader::Impl {
+  fs::path path;
+  double file_size = 0;
+  Handle file;
+
+  explicit Impl(const fs::path& name) : path(name) {
+    hdf5::silence();
+    std::error_code error;
+    const auto status = fs::status(path, error);
+    if (status.type() == fs::file_type::not_found) fail("no such file");
+    if (!fs::exists(status)) fail("cannot be opened: " + error.message());
+    if (fs::is_directory(status)) fail("is a directory, not an HDF5 file");
+    if (!fs::is_regular_file(status)) fail("is not a regular file");
+    file_size = static_cast<double>(fs::file_size(path, error));
+    errno = 0;
+    if (!std::ifstream(path).is_open()) fail(std::string("cannot be opened: ") + std::strerror(errno));
+    if (file_size == 0) fail("is empty");
+    if (H5Fis_hdf5(path.c_str()) <= 0) fail("is not an HDF5 file");
+    if (!hdf5::is_sound(path, [&] { visit_all(path); })) fail("cannot be read: the HDF5 file is damaged");
+    file = open_read_only(path);
+    if (!file.ok()) fail("cannot be read: the HDF5 file is truncated or damaged");
+  }
+
+  [[noreturn]] void fail(const std::string& what) const { throw InputError(path.string() + ": " + what); }
+  [[noreturn]] void fail(const std::string& object, const std::string& what) const { fail(object + ": " + what); }
+
+  // H5Lexists wants every group on the way to be there.
+  bool exists(const std::string& object) const {
+    if (object == "/") return true;
+    for (auto slash = object.find('/', 1);; slash = object.find('/', slash + 1)) {
+      const std::string part = object.substr(0, slash);
+      if (H5Lexists(file, part.c_str(), H5P_DEFAULT) <= 0 || H5Oexists_by_name(file, part.c_str(), H5P_DEFAULT) <= 0) return false;
+      if (slash == std::string::npos) return true;
+    }
+  }
+
+  Handle open_object(const std::string& object) const {
+    if (!exists(object)) fail(object, "missing");
+    Handle opened(H5Oopen(file, object.c_str(), H5P_DEFAULT), H5Oclose);
+    if (!opened.ok()) fail(object, "cannot be read: the file is damaged");
+    return opened;
+  }
+
+  Handle open_dataset(const std::string& name) const {
+    if (!exists(name)) fail(name, "missing");
+    Handle dataset(H5Dopen2(file, name.c_str(), H5P_DEFAULT), H5Dclose);
+    if (!dataset.ok()) fail(name, "is not a dataset, or the file is damaged");
+    return dataset;
+  }
+
+  std::vector<Index> shape(hid_t dataset, const std::string& name) const {
+    const Handle space(H5Dget_space(dataset), H5Sclose);
+    const int rank = H5Sget_simple_extent_ndims(space);
+    if (rank < 0 || H5Sget_simple_extent_type(space) == H5S_NULL) fail(name, "holds no array");
+    std::vector<hsize_t> extent(static_cast<std::size_t>(rank));
+    H5Sget_simple_extent_dims(space, extent.data(), nullptr);
+    return {extent.begin(), extent.end()};
+  }
+
+  // Shape of a dataset that is about to be read: of that class and rank, and with as much in the file as it claims.
+  std::vector<Index> expect(hid_t dataset, const std::string& name, H5T_class_t type_class, std::size_t rank) const {
+    const Handle type(H5Dget_type(dataset), H5Tclose);
+    if (H5Tget_class(type) != type_class) {
+      fail(name, std::string("wrong type, expected ") + (type_class == H5T_FLOAT ? "floating-point numbers" : "whole numbers"));
+    }
+    const auto extent = shape(dataset, name);
+    if (rank > 0 && extent.size() != rank) {
+      fail(name, "wrong shape (" + shape_text(extent) + "), expected " + std::to_string(rank) +
+                     (rank == 1 ? " dimension" : " dimensions"));
+    }
+    double bytes = static_cast<double>(H5Tget_size(type));
+    for (const Index length : extent) bytes *= static_cast<double>(length);
+    const Handle properties(H5Dget_create_plist(dataset), H5Pclose);
+    const H5D_layout_t layout = H5Pget_layout(properties);
+    if (layout == H5D_VIRTUAL || H5Pget_external_count(properties) > 0)
+      fail(name, "is stored outside of the file, which is not read");
+    // Deflate, the strongest filter that HDF5 brings along, shrinks at most 1032 times.
+    const double most =
+        (layout == H5D_CHUNKED ? 1032.0 : 1.0) * std::min(file_size, static_cast<double>(H5Dget_storage_size(dataset)));
+    if (bytes > most) fail(name, "shape (" + shape_text(extent) + ") is more than the file holds: truncated or damaged");
+    return extent;
+  }
+
+  static std::string shape_text(const std::vector<Index>& extent) {
+    std::vector<std::string> words;
+    for (const Index length : extent) words.push_back(std::to_string(length));
+    return join(words);
+  }
+
+  // Of 8 bytes a number
+  void read_whole(hid_t dataset, const std::string& name, hid_t memory_type, void* data, Index size) const {
+    if (size == 0) return;
+    if (H5Dread(dataset, memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) < 0) {
+      fail(name, "cannot be read: the file is truncated or damaged");
+    }
+    if (!has_checksum(dataset)) return;
+    Checksum checksum;
+    checksum.add(data, 8 * static_cast<std::size_t>(size));
+    require_checksum(dataset, name, checksum);
+  }
+
+  static bool has_checksum(hid_t dataset) { return H5Aexists(dataset, checksum_attribute) > 0; }
+
+  void require_checksum(hid_t dataset, const std::string& name, const Checksum& checksum) const {
+    const Handle attribute(H5Aopen(dataset, checksum_attribute, H5P_DEFAULT), H5Aclose);
+    const Handle type(H5Aget_type(attribute), H5Tclose), space(H5Aget_space(attribute), H5Sclose);
+    Index value = 0;
+    if (H5Tget_class(type) != H5T_INTEGER || H5Sget_simple_extent_npoints(space) != 1 ||
+        H5Aread(attribute, H5T_NATIVE_INT64, &value) < 0)
+      fail(name, "attribute 'checksum' is not one whole number");
+    if (value == checksum.value()) return;
+    fail(name,
+         "its numbers are not those that were written (attribute 'checksum'): the file was damaged or edited; make it anew (for a "
+         "superelement: cbr-reduce --force), or, where the change is meant, delete the attribute");
+  }
+
+  Handle open_attribute(const std::string& object, const std::string& name) const {
+    const Handle owner = open_object(object);
+    if (H5Aexists(owner, name.c_str()) <= 0) fail(object, "attribute '" + name + "' missing");
+    Handle attribute(H5Aopen(owner, name.c_str(), H5P_DEFAULT), H5Aclose);
+    if (!attribute.ok()) fail(object, "attribute '" + name + "' cannot be read: the file is damaged");
+    const Handle space(H5Aget_space(attribute), H5Sclose);
+    if (H5Sget_simple_extent_npoints(space) != 1) fail(object, "attribute '" + name + "' is not one value");
+    return attribute;
+  }
+};
+
+Hdf5Reader::Hdf5Reader(const fs::path& file) : impl_(std::make_unique<Impl>(file)) {}
+Hdf5Reader::~Hdf5Reader() = default;
+
+const fs::path& Hdf5Reader::file() const { return impl_->path; }
+bool Hdf5Reader::has(const std::string& object) const { return impl_->exists(object); }
+
+std::vector<std::string> Hdf5Reader::children(const std::string& group) const {
+  const Handle owner = impl_->open_object(group);
+  if (H5Iget_type(owner) != H5I_GROUP) impl_->fail(group, "is not a group");
+  std::vector<std::string> names;
+  const auto collect = [](hid_t, const char* name, const H5L_info_t*, void* list) -> herr_t {
+    static_cast<std::vector<std::string>*>(list)->emplace_back(name);
+    return 0;
+  };
+  if (H5Literate(owner, H5_INDEX_NAME, H5_ITER_INC, nullptr, collect, &names) < 0) impl_->fail(group, "cannot be read: damaged");
+  return names;
+}
+
+std::vector<std::string> Hdf5Reader::attributes(const std::string& object) const {
+  const Handle owner = impl_->open_object(object);
+  std::vector<std::string> names;
+  const auto collect = [](hid_t, const char* name, const H5A_info_t*, void* list) -> herr_t {
+    static_cast<std::vector<std::string>*>(list)->emplace_back(name);
+    return 0;
+  };
+  if (H5Aiterate2(owner, H5_INDEX_NAME, H5_ITER_INC, nullptr, collect, &names) < 0) impl_->fail(object, "cannot be read: damaged");
+  return names;
+}
+
+std::vector<Index> Hdf5Reader::shape(const std::string& dataset) const {
+  return impl_->shape(impl_->open_dataset(dataset), dataset);
+}
+
+double Hdf5Reader::read_scalar(const std::string& dataset) const {
+  const Handle opened = impl_->open_dataset(dataset);
+  const auto extent = impl_->expect(opened, dataset, H5T_FLOAT, 0);
+  if (!extent.empty() && extent != std::vector<Index>{1}) {
+    impl_->fail(dataset, "wrong shape (" + Impl::shape_text(extent) + "), expected one number");
+  }
+  double value = 0;
+  impl_->read_whole(opened, dataset, H5T_NATIVE_DOUBLE, &value, 1);
+  return value;
+}
+
+Vector Hdf5Reader::read_vector(const std::string& dataset) const {
+  const Handle opened = impl_->open_dataset(dataset);
+  Vector values(impl_->expect(opened, dataset, H5T_FLOAT, 1)[0]);
+  impl_->read_whole(opened, dataset, H5T_NATIVE_DOUBLE, values.data(), values.size());
+  return values;
+}
+
+Matrix Hdf5Reader::read_matrix(const std::string& dataset) const {
+  const Handle opened = impl_->open_dataset(dataset);
+  const auto extent = impl_->expect(opened, dataset, H5T_FLOAT, 2);
+  Matrix values(extent[0], extent[1]);
+  if (values.size() == 0) return values;
+  const bool checked = Impl::has_checksum(opened);
+  Checksum checksum;
+  RowMatrix rows;
+  for (Index first = 0, step = hdf5::panel_rows(values.cols()); first < values.rows(); first += step) {
+    rows.resize(std::min<Index>(step, values.rows() - first), values.cols());
+    const auto [memory, file] = hdf5::panel(opened, first, rows.rows(), rows.cols());
+    if (H5Dread(opened, H5T_NATIVE_DOUBLE, memory, file, H5P_DEFAULT, rows.data()) < 0) {
+      impl_->fail(dataset, "cannot be read: the file is truncated or damaged");
+    }
+    if (checked) checksum.add(rows.data(), sizeof(double) * static_cast<std::size_t>(rows.size()));
+    values.middleRows(first, rows.rows()) = rows;
+  }
+  if (checked) impl_->require_checksum(opened, dataset, checksum);
+  return values;
+}
+
+RowMatrix Hdf5Reader::read_row_matrix(const std::string& dataset) const {
+  const Handle opened = impl_->open_dataset(dataset);
+  const auto extent = impl_->expect(opened, dataset, H5T_FLOAT, 2);
+  RowMatrix values(extent[0], extent[1]);
+  impl_->read_whole(opened, dataset, H5T_NATIVE_DOUBLE, values.data(), values.size());
+  return values;
+}
+
+Points Hdf5Reader::read_points(const std::string& dataset) const {
+  const Handle opened = impl_->open_dataset(dataset);
+  const auto extent = impl_->expect(opened, dataset, H5T_FLOAT, 2);
+  if (extent[1] != 3) impl_->fail(dataset, "wrong shape (" + Impl::shape_text(extent) + "), expected 3 columns");
+  Points values(extent[0], 3);
+  impl_->read_whole(opened, dataset, H5T_NATIVE_DOUBLE, values.data(), values.size());
+  return values;
+}
+
+std::vector<Index> Hdf5Reader::read_indices(const std::string& dataset) const {
+  const Handle opened = impl_->open_dataset(dataset);
+  std::vector<Index> values(static_cast<std::size_t>(impl_->expect(opened, dataset, H5T_INTEGER, 1)[0]));
+  impl_->read_whole(opened, dataset, H5T_NATIVE_INT64, values.data(), static_cast<Index>(values.size()));
+  return values;
+}
+
+IndexTable Hdf5Reader::read_index_table(const std::string& dataset) const {
+  const Handle opened = impl_->open_dataset(dataset);
+  const auto extent = impl_->expect(opened, dataset, H5T_INTEGER, 2);
+  IndexTable values(extent[0], extent[1]);
+  impl_->read_whole(opened, dataset, H5T_NATIVE_INT64, values.data(), values.size());
+  return values;
+}
+
+bool Hdf5Reader::has_attribute(const std::string& object, const std::string& attribute) const {
+  return H5Aexists(impl_->open_object(object), attribute.c_str()) > 0;
+}
+
+bool Hdf5Reader::is_string(const std::string& object, const std::string& attribute) const {
+  const Handle opened = impl_->open_attribute(object, attribute);
+  return H5Tget_class(Handle(H5Aget_type(opened), H5Tclose)) == H5T_STRING;
+}
+
+std::string Hdf5Reader::read_string(const std::string& object, const std::string& attribute) const {
+  const Handle opened = impl_->open_attribute(object, attribute);
+  const Handle type(H5Aget_type(opened), H5Tclose);
+  if (H5Tget_class(type) != H5T_STRING) impl_->fail(object, "attribute '" + attribute + "' is not a string");
+  if (H5Tis_variable_str(type) > 0) {
+    char* text = nullptr;
+    if (H5Aread(opened, type, &text) < 0) impl_->fail(object, "attribute '" + attribute + "' cannot be read: damaged");
+    const std::string value = text != nullptr ? text : "";
+    H5free_memory(text);
+    return value;
+  }
+  constexpr std::size_t longest = std::size_t{1} << 20;
+  if (H5Tget_size(type) > longest) impl_->fail(object, "attribute '" + attribute + "' is longer than any text should be: damaged");
+  std::string value(H5Tget_size(type), '\0');
+  if (H5Aread(opened, type, value.data()) < 0) impl_->fail(object, "attribute '" + attribute + "' cannot be read: damaged");
+  return value.substr(0, value.find('\0'));
+}
+
+Index Hdf5Reader::read_index(const std::string& object, const std::string& attribute) const {
+  const Handle opened = impl_->open_attribute(object, attribute);
+  const Handle type(H5Aget_type(opened), H5Tclose);
+  if (H5Tget_class(type) != H5T_INTEGER) impl_->fail(object, "attribute '" + attribute + "' is not a whole number");
+  Index value = 0;
+  if (H5Aread(opened, H5T_NATIVE_INT64, &value) < 0) impl_->fail(object, "attribute '" + attribute + "' cannot be read: damaged");
+  return value;
+}
+
+}  // namespace cbr

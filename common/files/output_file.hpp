@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Front door of common/files: files that are whole or not there; HDF5, netCDF, the state of a run.
+//
+// Files that are whole or not there: written under a temporary name in the same folder, renamed when whole.
+#pragma once
+
+#include <filesystem>
+
+namespace cbr {
+
+// An empty file of a name of its own beside `target`, to be filled by whatever library writes it. commit() puts it in the
+// target's place in one step; without commit() it is gone when this goes out of scope, and when a signal ends a program
+// that went through run_program(). A file that is replaced hands on its permissions. What a process that was killed outright left
+// in the folder is removed.
+class TemporaryFile {
+ public:
+  // InputError: the target's folder is missing, or the target is there and is no regular file. RunError: it is write-protected; the
+  // system refuses.
+  explicit TemporaryFile(const std::filesystem::path& target);
+  ~TemporaryFile();
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }      // what to write to
+  const std::filesystem::path& target() const { return target_; }  // symbolic links followed
+  // To the disk, then renamed. Whoever wrote path() has closed it. RunError names the target.
+  void commit();
+  void fill_with(const std::filesystem::path& from);  // a copy of that file. RunError names the target.
+
+ private:
+  std::filesystem::path target_, path_;
+  int slot_ = -1;  // in the list that remove_temporary_files() goes through
+  bool committed_ = false;
+};
+
+// A copy of `from` in the target's place, whole or not at all. RunError names the target.
+void write_copy(const std::filesystem::path& from, const std::filesystem::path& target);
+
+// By another name too, as a link's; of files that are not there yet by their names.
+bool is_same_file(const std::filesystem::path& a, const std::filesystem::path& b);
+
+// Unlinks every TemporaryFile alive. Safe inside a signal handler; for the end of the process only.
+void remove_temporary_files() noexcept;
+
+}  // namespace cbr

@@ -1,0 +1,246 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "common/linalg/eigen/block_lanczos.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+#include "common/linalg/blas_threads.hpp"
+#include "common/linalg/dense.hpp"
+#include "common/linalg/eigen/tall_basis.hpp"
+
+namespace cbr {
+namespace {
+
+// Not symmetric in any way, so that no eigenvector is orthogonal to it by the mesh's symmetry.
+Matrix starting_block(Index n, Index columns) {
+  Matrix X(n, columns);
+  std::uint64_t state = 0x9E3779B97F4A7C15u;
+  for (double& entry : X.reshaped()) {
+    state = state * 6364136223846793005u + 1442695040888963407u;
+    entry = static_cast<double>(state >> 11) * 0x1p-53 - 0.5;
+  }
+  return X;
+}
+
+class BlockLanczos {
+ public:
+  BlockLanczos(const SparseMatrix& M, const std::function<void(Eigen::Ref<Matrix>)>& solve, Index k,
+               const BlockLanczosOptions& options)
+      : M_(M),
+        solve_(solve),
+        options_(options),
+        n_(M.rows()),
+        k_(k),
+        b_(options.block > 0 ? options.block : chosen_block(M.rows(), k)),
+        m_(largest_basis()),
+        V_(n_, b_, m_ + b_) {}
+
+  Eigenpairs run(double sigma) {
+    Eigenpairs pairs;
+    pairs.method = "block lanczos";
+    if (m_ < k_ + b_ || !start()) return pairs;
+    Index look = first_look();
+    for (pairs.iterations = 0; pairs.iterations <= options_.max_restarts;) {
+      if (!extend(look)) return pairs;
+      rayleigh_ritz();
+      pairs.n_converged = n_converged();
+      if (pairs.n_converged >= k_) break;
+      if (size_ < m_) {
+        look = next_look(pairs.n_converged);
+        continue;
+      }
+      restart();
+      ++pairs.iterations;
+      look = m_;
+    }
+    if (pairs.n_converged < k_) return pairs;
+    pairs.converged = true;
+    // OP x = theta x, theta = 1 / (lambda - sigma): the largest theta is the lowest lambda
+    pairs.lambda = sigma + theta_.head(k_).cwiseInverse().array();
+    const SingleThreadedBlas blas;
+    pairs.Phi = V_.combined(S_.leftCols(k_));
+    return pairs;
+  }
+
+ private:
+  // Wide enough to read a factor once for many, narrow enough for a space of many powers.
+  static Index chosen_block(Index n, Index k) {
+    const Index wide = k < 400 ? 8 : 16;
+    return std::min(wide, std::max<Index>(4, n / 40));
+  }
+
+  Index whole_blocks(Index vectors) const { return vectors / b_ * b_; }
+
+  // Vectors before a restart. Without one the space needs some 2 k and a few blocks.
+  Index largest_basis() const {
+    Index most = options_.basis;
+    if (most == 0) {
+      const auto in_memory = static_cast<Index>(options_.bytes / (8 * static_cast<double>(std::max<Index>(n_, 1))));
+      most = std::clamp(in_memory, std::max(2 * k_, k_ + 6 * b_), 4 * k_ + 24 * b_);
+    }
+    return whole_blocks(std::min(most, n_ - b_));
+  }
+
+  // A step takes half a digit to a whole one from the residuals, once the space holds the wanted vectors in outline.
+  Index first_look() const {
+    if (options_.wanted.exact > 0) return std::min(m_, whole_blocks(2 * k_ + 5 * b_));
+    return std::min(m_, whole_blocks(5 * k_ / 2 + (k_ < 64 ? 12 : 24) * b_));
+  }
+
+  // Ritz pairs converge at about the rate at which they did so far; looks cost an eigenvalue problem each.
+  Index next_look(Index converged) const {
+    const Index missing = 2 * (k_ - converged);
+    return std::min(m_, size_ + std::max(2 * b_, whole_blocks(std::min(missing, size_ / 6))));
+  }
+
+  // U <- U L^-T, P <- P L^-T with U^T P = L L^T (P = M U); R = L^T. False when U is dependent.
+  bool orthonormalise_once(Eigen::Ref<Matrix> U, Matrix& P, Matrix& R) const {
+    const Matrix G = tall_product(U, P);
+    const Cholesky cholesky(Matrix(0.5 * (G + G.transpose())));
+    if (!cholesky.ok()) return false;
+    const Vector diagonal = cholesky.diagonal();
+    if (!(diagonal.minCoeff() > 1e-7 * diagonal.maxCoeff())) return false;
+    cholesky.divide_by_upper(U);
+    cholesky.divide_by_upper(P);
+    R = cholesky.upper();
+    return true;
+  }
+
+  // Twice; P = M U afterwards to round-off.
+  bool orthonormalise(Eigen::Ref<Matrix> U, Matrix& P, Matrix& R) const {
+    Matrix R_1, R_2;
+    if (!orthonormalise_once(U, P, R_1)) return false;
+    multiply_symmetric(M_, U, P);
+    if (!orthonormalise_once(U, P, R_2)) return false;
+    R = R_2 * R_1;
+    return true;
+  }
+
+  bool start() {
+    const SingleThreadedBlas blas;
+    H_ = Matrix::Zero(m_, m_);
+    size_ = 0;
+    // One application of the operator takes out most of what no wanted vector has.
+    Matrix X, R;
+    multiply_symmetric(M_, starting_block(n_, b_), X);
+    auto first = V_.block(0);
+    first = X;
+    solve_(first);
+    multiply_symmetric(M_, first, P_);
+    return orthonormalise(first, P_, R);
+  }
+
+  // Blocks until the basis has so many vectors; V holds one block more, and P is M times that one.
+  bool extend(Index vectors) {
+    const SingleThreadedBlas blas;
+    while (size_ < vectors) {
+      const Index columns = size_ + b_;
+      auto U = V_.block(columns);
+      U = P_;
+      solve_(U);
+      Matrix h;
+      if (is_restarted_) {
+        // All that was kept couples with this block
+        multiply_symmetric(M_, U, P_);
+        h = V_.transposed_product(columns, P_);
+        V_.subtract(h, U);
+        multiply_symmetric(M_, U, P_);
+        is_restarted_ = false;
+      } else {
+        h = three_terms(U);
+      }
+      Matrix R, R_again;
+      if (!orthonormalise_once(U, P_, R)) return false;
+      // Against all, as orthonormalising enlarges the round-off that was left
+      multiply_symmetric(M_, U, P_);
+      const Matrix rest = V_.transposed_product(columns, P_);
+      V_.subtract(rest, U);
+      h += rest * R;
+      multiply_symmetric(M_, U, P_);
+      if (!orthonormalise(U, P_, R_again)) return false;
+      last_ = R_again * R;
+      H_.block(0, size_, columns, b_) = h;
+      H_.block(size_, 0, b_, columns) = h.transpose();
+      size_ = columns;
+      if (options_.progress) options_.progress(size_, vectors);
+    }
+    return true;
+  }
+
+  // U <- U - V_j (V_j^T M U) - V_j-1 (V_j-1^T M U) of the last two blocks: what it has of others is round-off. P_: M V_j, then M U.
+  Matrix three_terms(Eigen::Ref<Matrix> U) {
+    Matrix h = Matrix::Zero(size_ + b_, b_);
+    const Matrix own = tall_product(P_, U);
+    h.bottomRows(b_) = 0.5 * (own + own.transpose());
+    const auto newest = V_.block(size_);
+    subtract_product(newest, h.bottomRows(b_), U);
+    if (size_ > 0) {
+      h.middleRows(size_ - b_, b_) = last_.transpose();
+      subtract_product(V_.block(size_ - b_), last_.transpose(), U);
+    }
+    multiply_symmetric(M_, U, P_);
+    return h;
+  }
+
+  // H S = S diag(theta), theta descending
+  void rayleigh_ritz() {
+    const auto H = H_.topLeftCorner(size_, size_);
+    // A restart keeps a third of what is beyond k
+    const Index wanted = size_ < m_ ? k_ : kept();
+    const BlasForWork blas(4.0 * static_cast<double>(size_ * size_ * size_));
+    const Eigenpairs pairs = dense_eigenpairs(-0.5 * (H + H.transpose()), Vector(Vector::Ones(size_)), wanted);
+    assert(pairs.converged);
+    theta_ = -pairs.lambda;
+    S_ = pairs.Phi;
+  }
+
+  double tolerance_of(Index pair) const {
+    const bool exact = options_.wanted.exact == 0 || pair < options_.wanted.exact;
+    return exact ? options_.tolerance : std::max(options_.tolerance, options_.wanted.others);
+  }
+
+  // The residual of a Ritz pair is what the last block adds: R times the last rows of its vector.
+  Index n_converged() const {
+    const Vector residual = (last_ * S_.bottomRows(b_)).colwise().norm();
+    const double round_off = std::numeric_limits<double>::epsilon() * std::max(options_.largest, std::abs(theta_(0)));
+    Index count = 0;
+    while (count < k_ && residual(count) <= std::max(tolerance_of(count) * std::abs(theta_(count)), round_off)) ++count;
+    return count;
+  }
+
+  // A third of the space above k goes on, as the pairs next in line help the last ones to converge.
+  Index kept() const { return whole_blocks(std::min(m_ - 2 * b_, k_ + (m_ - k_) / 3)); }
+
+  void restart() {
+    const SingleThreadedBlas blas;
+    const Index kept = this->kept();
+    V_.rotate(S_.leftCols(kept));
+    const Matrix next = V_.block(m_);
+    V_.block(kept) = next;
+    H_.setZero();
+    H_.diagonal().head(kept) = theta_.head(kept);
+    size_ = kept;
+    is_restarted_ = true;
+  }
+
+  const SparseMatrix& M_;
+  const std::function<void(Eigen::Ref<Matrix>)>& solve_;
+  const BlockLanczosOptions& options_;
+  Index n_ = 0, k_ = 0, b_ = 0, m_ = 0, size_ = 0;
+  TallBasis V_;
+  Matrix P_, H_, S_, last_;
+  Vector theta_;
+  bool is_restarted_ = false;
+};
+
+}  // namespace
+
+Eigenpairs block_lanczos(const SparseMatrix& M, const std::function<void(Eigen::Ref<Matrix>)>& solve, double sigma, Index k,
+                         const BlockLanczosOptions& options) {
+  return BlockLanczos(M, solve, k, options).run(sigma);
+}
+
+}  // namespace cbr

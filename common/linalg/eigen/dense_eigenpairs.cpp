@@ -1,0 +1,235 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <lapacke.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cassert>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "common/app/program.hpp"
+#include "common/base/row_threads.hpp"
+#include "common/linalg/blas_threads.hpp"
+#include "common/linalg/dense.hpp"
+#include "common/linalg/dense_factor.hpp"
+#include "common/linalg/eigen/eigenpairs.hpp"
+
+namespace cbr {
+namespace {
+
+// Rows up to which BLAS has one thread: most of the work are products of a matrix with a vector, at which its threads gain little
+// and wait for each other (beside three other programs 8 s in the place of 1.5 s for 2481 rows). Ours share what is left.
+constexpr Index one_thread_is_enough = 4000;
+// Columns that are worth a thread.
+constexpr Index least_columns = 128;
+
+// BLAS while so many rows are worked at, `flops` in all.
+struct BlasForRows {
+  BlasForRows(Index n, double flops) {
+    if (n <= one_thread_is_enough) {
+      one.emplace();
+    } else {
+      many.emplace(flops);
+    }
+  }
+  std::optional<SingleThreadedBlas> one;
+  std::optional<BlasForWork> many;
+};
+
+struct Tridiagonal {
+  Vector d, e, tau;  // diagonal, subdiagonal (n, the last one is workspace), reflectors
+};
+
+lapack_int as_int(Index n) { return static_cast<lapack_int>(n); }
+
+// All pairs by divide and conquer; Z n x n. Why not the first few by dstemr: docs/decisions/dense-eigenpairs.md.
+bool divide_and_conquer(Tridiagonal T, Vector& lambda, Matrix& Z) {
+  const Index n = T.d.size();
+  Z.resize(n, n);
+  const auto info = LAPACKE_dstedc(LAPACK_COL_MAJOR, 'I', as_int(n), T.d.data(), T.e.data(), Z.data(), as_int(n));
+  lambda = T.d;
+  return info == 0;
+}
+
+// Phi <- Q Phi, each of our threads some columns   (n x k)
+bool apply_reflectors(const Matrix& A, const Tridiagonal& T, Matrix& Phi) {
+  const Index n = Phi.rows(), k = Phi.cols();
+  const Index parts = n <= one_thread_is_enough ? std::clamp<Index>(k / least_columns, 1, n_threads()) : 1;
+  // LAPACK writes ones onto A's diagonal and takes them back: each thread but the first has reflectors of its own
+  const std::vector<Matrix> copies(static_cast<std::size_t>(parts - 1), A);
+  std::atomic<bool> ok{true};
+  run_kept_threads(static_cast<int>(parts), [&](int part) {
+    const Index first = k * part / parts, columns = k * (part + 1) / parts - first;
+    const Matrix& own = part == 0 ? A : copies[static_cast<std::size_t>(part - 1)];
+    if (LAPACKE_dormtr(LAPACK_COL_MAJOR, 'L', 'L', 'N', as_int(n), as_int(columns), own.data(), as_int(n), T.tau.data(),
+                       Phi.col(first).data(), as_int(n)) != 0)
+      ok = false;
+  });
+  return ok;
+}
+
+// A = Q T Q^T, the first k pairs of T, Z <- Q Z. A: lower triangle, overwritten.
+Eigenpairs standard_eigenpairs(Matrix& A, Index k) {
+  const Index n = A.rows();
+  Eigenpairs pairs;
+  pairs.method = "lapack";
+  pairs.converged = true;
+  pairs.n_converged = k;
+  pairs.lambda.resize(k);
+  pairs.Phi.resize(n, k);
+  if (k == 0) return pairs;
+  Tridiagonal T{Vector(n), Vector::Zero(n), Vector::Zero(n)};
+  bool ok = LAPACKE_dsytrd(LAPACK_COL_MAJOR, 'L', as_int(n), A.data(), as_int(n), T.d.data(), T.e.data(), T.tau.data()) == 0;
+  ok = ok && divide_and_conquer(T, pairs.lambda, pairs.Phi);
+  if (ok && k < n) {
+    pairs.lambda.conservativeResize(k);
+    pairs.Phi.conservativeResize(Eigen::NoChange, k);
+  }
+  ok = ok && apply_reflectors(A, T, pairs.Phi);
+  if (!ok) pairs.converged = false, pairs.n_converged = 0;
+  return pairs;
+}
+
+// H = I - Y T Y^T, orthogonal, whose first r columns span those of Q (n x r): Householder's, in the compact form of Schreiber and
+// Van Loan (1989, doi 10.1137/0910005).
+struct Reflectors {
+  Matrix Y, T;  // n x r, r x r upper
+
+  explicit Reflectors(const Matrix& Q) {
+    const Index r = Q.cols();
+    Reflections reflections = householder_reflections(Q);
+    Y = std::move(reflections.packed);
+    Y.triangularView<Eigen::StrictlyUpper>().setZero();
+    Y.diagonal().setOnes();
+    T = Matrix::Zero(r, r);
+    for (Index j = 0; j < r; ++j) {
+      T(j, j) = reflections.tau(j);
+      T.col(j).head(j) = -T(j, j) * (T.topLeftCorner(j, j) * (Y.leftCols(j).transpose() * Y.col(j)));
+    }
+  }
+
+  // A <- H^T A H, lower triangle: A - W Y^T - Y W^T, W = A Y T - 1/2 Y T^T (Y^T A Y) T   (n x r)
+  void transform(Matrix& A) const {
+    const Matrix A_YT = A.selfadjointView<Eigen::Lower>() * (Y * T);
+    const Matrix W = A_YT - 0.5 * Y * (T.transpose() * (Y.transpose() * A_YT));
+    Matrix left(Y.rows(), 2 * Y.cols()), right = left;
+    left << W, Y;
+    right << Y, W;
+    A.triangularView<Eigen::Lower>() -= left * right.transpose();
+  }
+
+  void apply(Matrix& X) const {
+    const Matrix TYX = T * (Y.transpose() * X);
+    X.noalias() -= Y * TYX;
+  }
+};
+
+double cube(Index n) { return static_cast<double>(n) * static_cast<double>(n) * static_cast<double>(n); }
+double flops_of_cholesky(Index n) { return cube(n) / 3; }
+double flops_of_eigenpairs(Index n) { return 9 * cube(n); }  // reduction to three diagonals, and all vectors back
+
+Eigenpairs failed() {
+  Eigenpairs pairs;
+  pairs.method = "lapack";
+  return pairs;
+}
+
+}  // namespace
+
+Eigenpairs dense_eigenpairs(Matrix A, Matrix B, Index k) {
+  const Index n = A.rows();
+  assert(A.cols() == n && B.rows() == n && B.cols() == n && k >= 0 && k <= n);
+  const BlasForRows blas(n, flops_of_eigenpairs(n));
+  if (n > 0) {
+    // B = L L^T, A <- L^-1 A L^-T   (n x n)
+    if (LAPACKE_dpotrf(LAPACK_COL_MAJOR, 'L', as_int(n), B.data(), as_int(n)) != 0) return failed();
+    if (LAPACKE_dsygst(LAPACK_COL_MAJOR, 1, 'L', as_int(n), A.data(), as_int(n), B.data(), as_int(n)) != 0) return failed();
+  }
+  Eigenpairs pairs = standard_eigenpairs(A, k);
+  if (!pairs.converged) return pairs;
+  // Phi = L^-T Z   (n x k)
+  if (pairs.Phi.size() > 0) B.triangularView<Eigen::Lower>().transpose().solveInPlace(pairs.Phi);
+  fix_signs(pairs.Phi);
+  return pairs;
+}
+
+Eigenpairs dense_eigenpairs(Matrix A, Index k) {
+  assert(A.cols() == A.rows() && k >= 0 && k <= A.rows());
+  const BlasForRows blas(A.rows(), flops_of_eigenpairs(A.rows()));
+  Eigenpairs pairs = standard_eigenpairs(A, k);
+  if (pairs.converged) fix_signs(pairs.Phi);
+  return pairs;
+}
+
+Eigenpairs dense_eigenpairs(Matrix A, const Vector& B, Index k) {
+  const Index n = A.rows();
+  assert(A.cols() == n && B.size() == n && k >= 0 && k <= n);
+  if (n > 0 && !(B.minCoeff() > 0)) return failed();
+  const BlasForRows blas(n, flops_of_eigenpairs(n));
+  const Vector scale = B.cwiseSqrt().cwiseInverse();
+  // A <- B^-1/2 A B^-1/2   (n x n)
+  for (Index j = 0; j < n; ++j) A.col(j).array() *= scale.array() * scale(j);
+  Eigenpairs pairs = standard_eigenpairs(A, k);
+  if (!pairs.converged) return pairs;
+  pairs.Phi.array().colwise() *= scale.array();
+  fix_signs(pairs.Phi);
+  return pairs;
+}
+
+Eigenpairs dense_eigenpairs_beside(Matrix A, const Matrix& Q, std::optional<Index> count) {
+  const Index n = A.rows(), r = Q.cols();
+  assert(A.cols() == n && Q.rows() == n && r <= n);
+  if (r == 0) return dense_eigenpairs(std::move(A), count.value_or(n));
+  const BlasForRows blas(n, flops_of_eigenpairs(n));
+  const Reflectors H(Q);
+  H.transform(A);
+  // Rows and columns 0 .. r - 1 are 0 but for round-off. They become a block of their own that the solver cannot mix with the rest,
+  // below all other eigenvalues.
+  double largest = 0;
+  for (Index j = 0; j < n; ++j) largest = std::max(largest, A.col(j).tail(n - j).cwiseAbs().maxCoeff());
+  A.leftCols(r).setZero();
+  A.diagonal().head(r).setConstant(largest > 0 ? -2 * static_cast<double>(n) * largest : -1);  // in A's own unit
+  Eigenpairs pairs = standard_eigenpairs(A, count.value_or(n));
+  if (!pairs.converged) return pairs;
+  H.apply(pairs.Phi);
+  pairs.lambda.head(r).setZero();
+  pairs.Phi.leftCols(r) = Q;
+  fix_signs(pairs.Phi);
+  return pairs;
+}
+
+Eigenpairs dense_eigenpairs_beside(Matrix A, Matrix B, const Matrix& R, std::optional<Index> count) {
+  const Index n = A.rows();
+  assert(A.cols() == n && B.rows() == n && B.cols() == n && R.rows() == n && R.cols() <= n);
+  if (n == 0 || R.cols() == 0) return dense_eigenpairs(std::move(A), std::move(B), count.value_or(n));
+  const BlasForRows blas(n, flops_of_eigenpairs(n));
+  if (LAPACKE_dpotrf(LAPACK_COL_MAJOR, 'L', as_int(n), B.data(), as_int(n)) != 0) return failed();
+  if (LAPACKE_dsygst(LAPACK_COL_MAJOR, 1, 'L', as_int(n), A.data(), as_int(n), B.data(), as_int(n)) != 0) return failed();
+  auto L = B.triangularView<Eigen::Lower>();
+  // Q: orthonormal basis of L^T R   (n x r)
+  const Matrix Q = orthonormal_basis(L.transpose() * R);
+  Eigenpairs pairs = dense_eigenpairs_beside(std::move(A), Q, count);
+  if (!pairs.converged) return pairs;
+  L.transpose().solveInPlace(pairs.Phi);
+  fix_signs(pairs.Phi);
+  return pairs;
+}
+
+bool dense_cholesky(Matrix& A) {
+  const Index n = A.rows();
+  const BlasForWork blas(flops_of_cholesky(n));
+  return n == 0 || LAPACKE_dpotrf(LAPACK_COL_MAJOR, 'L', as_int(n), A.data(), as_int(n)) == 0;
+}
+
+void dense_inverse_of_cholesky(Matrix& L) {
+  const Index n = L.rows();
+  if (n == 0) return;
+  const BlasForWork blas(2 * flops_of_cholesky(n));
+  const auto info = LAPACKE_dpotri(LAPACK_COL_MAJOR, 'L', as_int(n), L.data(), as_int(n));
+  assert(info == 0);
+  static_cast<void>(info);
+  mirror_lower(L);
+}
+
+}  // namespace cbr

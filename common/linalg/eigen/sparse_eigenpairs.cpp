@@ -1,0 +1,298 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <arpack.h>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <functional>
+#include <mutex>
+#include <numeric>
+#include <vector>
+
+#include "common/base/error.hpp"
+#include "common/base/machine_memory.hpp"
+#include "common/linalg/blas_threads.hpp"
+#include "common/linalg/dense.hpp"
+#include "common/linalg/eigen/block_lanczos.hpp"
+#include "common/linalg/eigen/eigenpairs.hpp"
+
+namespace cbr {
+namespace {
+
+constexpr Index max_restarts = 1000;
+constexpr double orthonormality = 1e-13;
+// From here on blocks win (docs/decisions/eigen-crossover.md).
+constexpr Index least_for_blocks = 10;
+
+// What ARPACK's reverse communication asks for, as two functions of n-vectors.
+struct Operator {
+  Index n = 0;
+  a_int mode = 1;  // 1: A x; 3: (K - sigma M)^-1 M x
+  const char* bmat = "I";
+  const char* which = "LA";
+  double sigma = 0;
+  std::function<void(const double* x, double* y)> solve;     // y = (K - sigma M)^-1 x, or y = A x in mode 1
+  std::function<void(const double* x, double* y)> multiply;  // y = M x; mode 3 only
+};
+
+struct Ritz {
+  Vector value;
+  Matrix vectors;
+  Index n_converged = 0, restarts = 0;
+};
+
+// ARPACK keeps its state in static variables.
+std::mutex& arpack_lock() {
+  static std::mutex lock;
+  return lock;
+}
+
+// Not symmetric in any way, so that no eigenvector is orthogonal to it by the mesh's symmetry.
+Vector starting_vector(Index n) {
+  Vector x(n);
+  std::uint64_t state = 0x9E3779B97F4A7C15u;
+  for (double& entry : x) {
+    state = state * 6364136223846793005u + 1442695040888963407u;
+    entry = static_cast<double>(state >> 11) * 0x1p-53 - 0.5;
+  }
+  return x;
+}
+
+class Arpack {
+ public:
+  Arpack(const Operator& op, Index k, Index ncv, double tolerance)
+      : op_(op),
+        n_(static_cast<a_int>(op.n)),
+        k_(static_cast<a_int>(k)),
+        ncv_(static_cast<a_int>(ncv)),
+        tolerance_(tolerance),
+        residual_(starting_vector(op.n)),
+        V_(op.n, ncv),
+        workd_(3 * op.n),
+        workl_(ncv * (ncv + 8)),
+        scratch_(op.n) {
+    iparam_[0] = 1;  // exact shifts
+    iparam_[2] = static_cast<a_int>(max_restarts);
+    iparam_[3] = 1;
+    iparam_[6] = op.mode;
+  }
+
+  Ritz run() {
+    a_int ido = 0, info = 1;
+    const auto lworkl = static_cast<a_int>(workl_.size());
+    while (true) {
+      dsaupd_c(&ido, op_.bmat, n_, op_.which, k_, tolerance_, residual_.data(), ncv_, V_.data(), n_, iparam_.data(), ipntr_.data(),
+               workd_.data(), workl_.data(), lworkl, &info);
+      if (ido == 99) break;
+      answer(ido);
+    }
+    // 1: too many restarts, 3: no shifts could be applied; what has converged by then is handed over.
+    if (info < 0) throw RunError("eigensolver ARPACK dsaupd failed with code " + std::to_string(info));
+    return extract();
+  }
+
+ private:
+  void answer(a_int ido) {
+    const double* x = workd_.data() + ipntr_[0] - 1;
+    double* y = workd_.data() + ipntr_[1] - 1;
+    if (ido == 2) {
+      op_.multiply(x, y);
+    } else if (op_.mode == 1) {
+      op_.solve(x, y);
+    } else if (ido == 1) {
+      op_.solve(workd_.data() + ipntr_[2] - 1, y);
+    } else {
+      op_.multiply(x, scratch_.data());
+      op_.solve(scratch_.data(), y);
+    }
+  }
+
+  Ritz extract() {
+    Ritz ritz;
+    ritz.n_converged = iparam_[4];
+    ritz.restarts = iparam_[2];
+    if (ritz.n_converged == 0) return ritz;
+    std::vector<a_int> select(static_cast<std::size_t>(ncv_), 1);
+    ritz.value.resize(k_);
+    a_int info = 0;
+    // The vectors take the place of the first columns of V.
+    dseupd_c(1, "A", select.data(), ritz.value.data(), V_.data(), n_, op_.sigma, op_.bmat, n_, op_.which, k_, tolerance_,
+             residual_.data(), ncv_, V_.data(), n_, iparam_.data(), ipntr_.data(), workd_.data(), workl_.data(),
+             static_cast<a_int>(workl_.size()), &info);
+    if (info != 0) throw RunError("eigensolver ARPACK dseupd failed with code " + std::to_string(info));
+    ritz.n_converged = std::min<Index>(iparam_[4], k_);
+    ritz.value.conservativeResize(ritz.n_converged);
+    V_.conservativeResize(Eigen::NoChange, ritz.n_converged);
+    ritz.vectors = std::move(V_);
+    return ritz;
+  }
+
+  const Operator& op_;
+  a_int n_, k_, ncv_;
+  double tolerance_;
+  std::array<a_int, 11> iparam_{}, ipntr_{};
+  Vector residual_;
+  Matrix V_;
+  Vector workd_, workl_, scratch_;
+};
+
+Eigenpairs ascending(Ritz&& ritz) {
+  std::vector<Index> order(static_cast<std::size_t>(ritz.value.size()));
+  std::iota(order.begin(), order.end(), Index{0});
+  std::sort(order.begin(), order.end(), [&](Index a, Index b) { return ritz.value(a) < ritz.value(b); });
+  Eigenpairs pairs;
+  pairs.lambda = ritz.value(order);
+  pairs.Phi = ritz.vectors(Eigen::all, order);
+  return pairs;
+}
+
+// Gram matrix G = Phi^T M Phi = L L^T, Phi <- Phi L^-T: keeps the order, because L is the identity to ARPACK's accuracy.
+void orthonormalise(const SparseMatrix& M, Matrix& Phi) {
+  for (int pass = 0; pass < 3; ++pass) {
+    const Matrix M_Phi = M * Phi;
+    const Matrix G = Phi.transpose() * M_Phi;
+    const double error = (G - Matrix::Identity(G.rows(), G.cols())).cwiseAbs().maxCoeff();
+    if (error < orthonormality) return;
+    const Cholesky cholesky(G);
+    if (!cholesky.ok()) return;  // seen by the caller's own check; cannot happen with converged vectors
+    cholesky.divide_by_upper(Phi);
+  }
+}
+
+Eigenpairs finished(const SparseMatrix& M, Eigenpairs&& pairs) {
+  orthonormalise(M, pairs.Phi);
+  fix_signs(pairs.Phi);
+  return std::move(pairs);
+}
+
+// Where the spectrum is wide, 1 / theta has more of the largest theta's round-off than Rayleigh's quotient has of K's.
+void sharpen(const SparseMatrix& K, const SparseMatrix& M, Eigenpairs& pairs) {
+  const double scale = (K.diagonal().array() / M.diagonal().array()).maxCoeff(), lowest = pairs.lambda(0);
+  for (Index j = 0; j < pairs.lambda.size(); ++j) {
+    const double lambda = pairs.lambda(j);
+    if (lambda * lambda / lowest > 10 * scale) pairs.lambda(j) = pairs.Phi.col(j).dot(K * pairs.Phi.col(j));
+  }
+  // Equal frequencies may change places by round-off.
+  if (std::is_sorted(pairs.lambda.begin(), pairs.lambda.end())) return;
+  std::vector<Index> order(pairs.lambda.size());
+  std::iota(order.begin(), order.end(), Index(0));
+  std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return pairs.lambda(a) < pairs.lambda(b); });
+  pairs.lambda = Vector(pairs.lambda(order));
+  pairs.Phi = Matrix(pairs.Phi(Eigen::all, order));
+}
+
+Eigenpairs dense_answer(const SparseMatrix& K, const SparseMatrix& M, Index k) {
+  bool diagonal = true;
+  for (Index j = 0; diagonal && j < M.cols(); ++j) {
+    for (SparseMatrix::InnerIterator it(M, j); it; ++it) diagonal = diagonal && (it.row() == j || it.value() == 0);
+  }
+  if (diagonal) return dense_eigenpairs(Matrix(K), Vector(M.diagonal()), k);
+  return dense_eigenpairs(Matrix(K), Matrix(M), k);
+}
+
+// Half of what the factor takes, as a solve reads all of that, but no more than a quarter of what it leaves of the memory.
+double bytes_of_basis(const SparseCholesky& factor) {
+  return std::max(1e9, std::min(0.5 * factor.bytes(), 0.25 * (machine_memory_bytes() - factor.bytes())));
+}
+
+// Of vectors made so far, and of those after which the space is next looked at, which is mostly the last time or the last but one.
+std::function<void(Index, Index)> share_of(const Progress& progress) {
+  if (!progress) return {};
+  return [&progress](Index vectors, Index look) { progress(0.95 * static_cast<double>(vectors) / static_cast<double>(look)); };
+}
+
+}  // namespace
+
+void fix_signs(Matrix& Phi) {
+  for (Index j = 0; j < Phi.cols(); ++j) {
+    auto column = Phi.col(j);
+    if (column.size() == 0) continue;
+    // Symmetric shapes have several largest entries that differ by round-off: the first of them decides.
+    const double limit = (1 - 1e-6) * column.cwiseAbs().maxCoeff();
+    for (const double entry : column) {
+      if (std::abs(entry) < limit) continue;
+      if (entry < 0) column = -column;
+      break;
+    }
+  }
+}
+
+Eigenpairs sparse_eigenpairs(const SparseMatrix& K, const SparseMatrix& M, const SparseCholesky& factor, double sigma, Index k,
+                             double tolerance, Index ncv, const Progress& progress) {
+  const Index n = K.rows();
+  assert(k >= 0 && k <= n && M.rows() == n);
+  Eigenpairs pairs;
+  if (k == 0) {
+    pairs.Phi.resize(n, 0);
+    pairs.converged = true;
+    pairs.method = "none";
+    return pairs;
+  }
+  if (n <= 40 || k > n / 2) return dense_answer(K, M, k);
+  assert(factor.ok() && factor.n_rows() == n);
+  if (k >= least_for_blocks && ncv == 0) {
+    BlockLanczosOptions options;
+    options.tolerance = tolerance;
+    options.bytes = bytes_of_basis(factor);
+    options.progress = share_of(progress);
+    pairs = block_lanczos(
+        M, [&](Eigen::Ref<Matrix> B) { factor.solve_in_place(B); }, sigma, k, options);
+    if (pairs.converged) {
+      pairs = finished(M, std::move(pairs));
+      sharpen(K, M, pairs);
+      return pairs;
+    }
+  }
+  if (ncv == 0) ncv = std::max<Index>(2 * k + 1, 20);
+  ncv = std::clamp(ncv, k + 1, n);
+
+  Operator op;
+  op.n = n;
+  op.mode = 3;
+  op.bmat = "G";
+  op.which = "LM";
+  op.sigma = sigma;
+  op.solve = [&](const double* x, double* y) { factor.solve(x, y); };
+  op.multiply = [&](const double* x, double* y) {
+    Eigen::Map<Vector>(y, n).noalias() = M.selfadjointView<Eigen::Lower>() * Eigen::Map<const Vector>(x, n);
+  };
+  const std::scoped_lock lock(arpack_lock());
+  const SingleThreadedBlas blas;  // vectors and triangular solves: memory is the limit
+  Ritz ritz = Arpack(op, k, ncv, tolerance).run();
+  const Index n_converged = ritz.n_converged, restarts = ritz.restarts;
+  pairs = ascending(std::move(ritz));
+  pairs.n_converged = n_converged;
+  pairs.iterations = restarts;
+  pairs.converged = n_converged >= k;
+  pairs.method = "arpack";
+  return finished(M, std::move(pairs));
+}
+
+Eigenpairs sparse_eigenpairs_beyond(const SparseMatrix& M, const SparseCholesky& factor, const Matrix& Phi, Index k,
+                                    double tolerance, const PairsWanted& wanted, const Progress& progress) {
+  assert(Phi.rows() == M.rows() && k > 0);
+  const auto project = [&](Eigen::Ref<Matrix> B) {
+    const Matrix M_B = M * B;
+    B.noalias() -= Phi * (Phi.transpose() * M_B);
+  };
+  BlockLanczosOptions options;
+  options.tolerance = tolerance;
+  options.bytes = bytes_of_basis(factor);
+  options.wanted = wanted;
+  options.progress = share_of(progress);
+  if (Phi.cols() > 0) {
+    const Vector M_phi = M * Phi.col(0);
+    Vector x(M_phi.size());
+    factor.solve(M_phi.data(), x.data());
+    options.largest = M_phi.dot(x);  // 1 / lambda_1
+  }
+  // P K^-1 with P = I - Phi Phi^T M: what is known has the eigenvalue 0 there, the farthest from those that are looked for
+  Eigenpairs pairs = block_lanczos(
+      M, [&](Eigen::Ref<Matrix> B) { factor.solve_in_place(B), project(B); }, 0, k, options);
+  if (!pairs.converged) return pairs;
+  project(pairs.Phi);
+  return finished(M, std::move(pairs));
+}
+
+}  // namespace cbr

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Elimination of a sparse symmetric matrix front by front: multifrontal (Duff, Reid 1983, doi 10.1145/356044.356047), dense
+// products throughout.
+#pragma once
+
+#include <atomic>
+#include <thread>
+#include <vector>
+
+#include "common/linalg/progress.hpp"
+#include "common/linalg/sparse/lower_updates.hpp"
+#include "common/linalg/sparse/supernodal.hpp"
+
+namespace cbr {
+
+// K - sigma M, never formed; M null: K. Symmetric, both triangles stored.
+struct ShiftedMatrix {
+  const SparseMatrix& K;
+  double sigma = 0;
+  const SparseMatrix* M = nullptr;
+
+  // use(row, value) for the entries of a column; one that both matrices have comes twice, in parts.
+  template <typename Use>
+  void each(Index column, const Use& use) const {
+    for (SparseMatrix::InnerIterator it(K, column); it; ++it) use(it.row(), it.value());
+    if (M == nullptr) return;
+    for (SparseMatrix::InnerIterator it(*M, column); it; ++it) use(it.row(), -sigma * it.value());
+  }
+};
+
+// Columns that are eliminated together, and the rows that they share: whole supernodes, of which the first is `supernode`.
+struct Front {
+  Index first = 0, columns = 0, height = 0;
+  const Index* rows = nullptr;
+  Index parent = -1;  // a front, -1: none
+  Index supernode = 0, n_supernodes = 0;
+  bool is_kept = false;  // its columns are not pivots
+  Index below() const { return height - columns; }
+};
+
+// What a front has of one matrix. F (height x columns, lower): columns of the matrix with all that was eliminated before taken
+// off. `rest` (below x below, lower triangle): what goes on to the parent.
+struct FrontMatrix {
+  Matrix F, rest;
+};
+
+// Fronts in the order of the tree. Subtrees go side by side, each on one thread; the fronts above them follow one by one with
+// BLAS's threads. Neither the work nor its order depends on the number of threads. What is done with a front's pivots is the
+// heir's.
+class Fronts {
+ public:
+  // All must outlive the object; the matrices are permuted as the tree's factor is. From column n_pivots on (the first of a
+  // supernode) columns are kept: only collected.
+  Fronts(const SupernodeTree& tree, std::vector<ShiftedMatrix> matrices, Index n_pivots, const Progress& progress = {});
+  virtual ~Fronts() = default;
+  Fronts(const Fronts&) = delete;
+  Fronts& operator=(const Fronts&) = delete;
+
+ protected:
+  enum class Outcome { done, stopped, foreign };  // stopped: eliminate() said no; foreign: A has an entry where the tree has none
+  Outcome run();
+
+  const SupernodalFactor& factor() const { return f_; }
+  const ShiftedMatrix& matrix() const { return matrices_.front(); }
+  // Takes from each matrix' `rest` what these pivots take, or collects columns that are kept. False stops the whole. Called by
+  // several threads, but for a front that is `alone`: it is large, and all threads are free.
+  virtual bool eliminate(const Front& front, std::vector<FrontMatrix>& of, bool alone) = 0;
+
+ private:
+  struct Subtree {
+    Index first, last;
+  };
+
+  bool fine() const { return !stopped_ && !foreign_; }
+  Index n_fronts() const { return static_cast<Index>(fronts_.size()); }
+  void eliminate_subtrees(std::size_t first, std::size_t last);
+  void plan();
+  void front(Index s, std::vector<Index>& position, bool alone);
+  void assemble(const ShiftedMatrix& A, Index first, const std::vector<Index>& position, Matrix& F);
+  void extend_add(Index child, const std::vector<Index>& position, bool alone, std::vector<FrontMatrix>& of);
+
+  const SupernodalFactor& f_;
+  std::vector<Front> fronts_;  // children before their parents
+  std::vector<ShiftedMatrix> matrices_;
+  std::vector<Index> place_;                  // in the order of elimination, of each row of A
+  std::vector<std::vector<Index>> children_;  // per front, ascending
+  std::vector<std::vector<Matrix>> updates_;  // lower triangles, per front and matrix
+  std::vector<Subtree> subtrees_;
+  std::vector<Index> top_;
+  std::atomic<bool> stopped_{false}, foreign_{false};
+  Progress progress_;  // told by the thread that runs
+  std::thread::id runs_;
+  double all_flops_ = 0;
+  std::atomic<double> done_flops_{0};
+};
+
+// Bytes that the fronts of one matrix take at the most, one thread working.
+double front_bytes(const SupernodeTree& tree);
+
+}  // namespace cbr

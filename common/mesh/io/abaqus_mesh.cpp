@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What an input file of Abaqus or CalculiX means as a mesh. Sections become blocks, surfaces and sets of face elements sidesets,
+// node sets nodesets.
+#include <algorithm>
+#include <array>
+#include <set>
+
+#include "common/base/error.hpp"
+#include "common/mesh/io/inp_file.hpp"
+#include "common/mesh/io/mesh_formats.hpp"
+
+namespace cbr {
+namespace {
+
+// Corners of the faces S1, S2, ... of a solid, local numbers from 0.
+const std::vector<std::vector<int>>& faces_of(ElementType type) {
+  static const std::vector<std::vector<int>> tet = {{0, 1, 2}, {0, 3, 1}, {1, 3, 2}, {2, 3, 0}},
+                                             pyramid = {{0, 1, 2, 3}, {0, 4, 1}, {1, 4, 2}, {2, 4, 3}, {3, 4, 0}},
+                                             wedge = {{0, 1, 2}, {3, 5, 4}, {0, 3, 4, 1}, {1, 4, 5, 2}, {2, 5, 3, 0}},
+                                             hex = {{0, 1, 2, 3}, {4, 7, 6, 5}, {0, 4, 5, 1},
+                                                    {1, 5, 6, 2}, {2, 6, 7, 3}, {3, 7, 4, 0}},
+                                             none;
+  switch (n_corners(type)) {
+    case 4:
+      return dimension(type) == 3 ? tet : none;
+    case 5:
+      return pyramid;
+    case 6:
+      return wedge;
+    case 8:
+      return hex;
+    default:
+      return none;
+  }
+}
+
+// Exodus's number of face S<label> (from 1), or 0.
+int exodus_side(ElementType type, int label) {
+  const auto& faces = faces_of(type);
+  if (label < 1 || label > static_cast<int>(faces.size())) return 0;
+  const auto& corners = faces[static_cast<std::size_t>(label - 1)];
+  const std::set<int> wanted(corners.begin(), corners.end());
+  for (int side = 1; side <= n_sides(type); ++side) {
+    const auto& nodes = side_nodes(type, side);
+    if (std::set<int>(nodes.begin(), nodes.begin() + n_corners(side_kind(type, side))) == wanted) return side;
+  }
+  return 0;
+}
+
+class AbaqusMesh {
+ public:
+  explicit AbaqusMesh(const std::filesystem::path& file) : where_(file.string()), file_(read_inp(file)) {}
+
+  Mesh run() {
+    for (std::size_t e = 0; e < file_.mesh.elements.size(); ++e) place_.emplace(file_.mesh.elements[e].id, e);
+    for (const InpSection& section : file_.sections) add_section(section);
+    for (FileElement& element : file_.mesh.elements)
+      if (element.block.empty()) element.block = dimension(element.type) == 3 ? "solid" : "shell";
+    mesh_ = mesh_of(file_.mesh, face_sets());
+    const MeshIds ids(mesh_);
+    for (const std::string& name : file_.nset_order) add_nodes(file_.nsets.at(name), ids);
+    for (const std::string& name : file_.elset_order) add_lines(file_.elsets.at(name), ids);
+    for (const InpSurface& surface : file_.surfaces) surface.of_nodes ? add_node_surface(surface, ids) : add_surface(surface, ids);
+    return std::move(mesh_);
+  }
+
+ private:
+  [[noreturn]] void fail(Index line, const std::string& what) const {
+    throw InputError(where_ + ":" + std::to_string(line) + ": " + what);
+  }
+
+  const InpSet& elset(const std::string& name, Index line) const {
+    const auto found = file_.elsets.find(name);
+    if (found == file_.elsets.end()) fail(line, "there is no element set '" + name + "'");
+    return found->second;
+  }
+
+  void add_section(const InpSection& section) {
+    const InpSet& set = elset(section.elset, section.line);
+    for (const Index id : set.ids) {
+      if (file_.lines.count(id) > 0)
+        fail(section.line,
+             "element " + std::to_string(id) + " is a beam or truss, which are not supported: take them out of the mesh");
+      const auto found = place_.find(id);
+      if (found == place_.end()) fail(section.line, "element " + std::to_string(id) + " of set '" + set.name + "' does not exist");
+      if (!has_section_.insert(id).second) fail(section.line, "element " + std::to_string(id) + " has two sections");
+      file_.mesh.elements[found->second].block = set.name;
+    }
+    const auto material = file_.materials.find(section.material);
+    file_.mesh.materials[set.name] = material != file_.materials.end()
+                                         ? material->second
+                                         : FileMaterial{.name = section.material, .problem = "is not defined in the file"};
+  }
+
+  bool is_name_of_surface(const std::string& name) const {
+    return std::any_of(file_.surfaces.begin(), file_.surfaces.end(),
+                       [&](const InpSurface& surface) { return in_capitals(surface.name) == in_capitals(name); });
+  }
+
+  // Element sets of faces alone, and surfaces of them.
+  std::vector<FaceSet> face_sets() const {
+    std::vector<FaceSet> sets;
+    for (const std::string& name : file_.elset_order) {
+      const InpSet& set = file_.elsets.at(name);
+      FaceSet faces{set.name, faces_in(set.ids)};
+      if (!faces.elements.empty() && faces.elements.size() == set.ids.size() && !is_name_of_surface(name)) sets.push_back(faces);
+    }
+    for (const InpSurface& surface : file_.surfaces) {
+      FaceSet faces{surface.name, {}};
+      for (const auto& entry : surface.entries) {
+        if (surface.of_nodes || (entry.label.starts_with("S") && entry.label.size() == 2)) continue;
+        const std::vector<std::size_t> more = faces_in(ids_of(entry));
+        faces.elements.insert(faces.elements.end(), more.begin(), more.end());
+      }
+      if (!faces.elements.empty()) sets.push_back(faces);
+    }
+    return sets;
+  }
+
+  std::vector<std::size_t> faces_in(const std::vector<Index>& ids) const {
+    std::vector<std::size_t> places;
+    for (const Index id : ids) {
+      const auto found = place_.find(id);
+      if (found != place_.end() && dimension(file_.mesh.elements[found->second].type) == 2) places.push_back(found->second);
+    }
+    return places;
+  }
+
+  std::vector<Index> ids_of(const InpSurface::Entry& entry) const {
+    return entry.set.empty() ? std::vector<Index>{entry.id} : elset(entry.set, entry.line).ids;
+  }
+
+  Index node(Index id, const std::string& set, const MeshIds& ids) const {
+    const Index found = ids.node(id);
+    if (found < 0) throw InputError(where_ + ": node " + std::to_string(id) + " of set '" + set + "' does not exist");
+    return found;
+  }
+
+  void add_nodes(const InpSet& set, const MeshIds& ids) {
+    std::vector<Index> nodes;
+    for (const Index id : set.ids) nodes.push_back(node(id, set.name, ids));
+    for (const std::string& name : set.elsets) {
+      for (const Index id : elset(name, 0).ids) {
+        const Side element = ids.element(id);
+        if (element.element < 0) continue;
+        const auto row = mesh_.blocks[static_cast<std::size_t>(element.block)].connectivity.row(element.element);
+        nodes.insert(nodes.end(), row.begin(), row.end());
+      }
+    }
+    if (!set.internal) add_nodeset(mesh_, set.name, nodes);
+  }
+
+  // Curves, which programs for meshes write as beams.
+  void add_lines(const InpSet& set, const MeshIds& ids) {
+    std::vector<Index> nodes;
+    for (const Index id : set.ids) {
+      const auto line = file_.lines.find(id);
+      if (line == file_.lines.end()) return;
+      for (const Index its : line->second) nodes.push_back(node(its, set.name, ids));
+    }
+    if (!nodes.empty() && !set.internal) add_nodeset(mesh_, set.name, nodes);
+  }
+
+  void add_node_surface(const InpSurface& surface, const MeshIds& ids) {
+    std::vector<Index> nodes;
+    for (const auto& entry : surface.entries) {
+      const auto set = file_.nsets.find(entry.set);
+      if (!entry.set.empty() && set == file_.nsets.end()) fail(entry.line, "there is no node set '" + entry.set + "'");
+      const std::vector<Index> members = entry.set.empty() ? std::vector<Index>{entry.id} : set->second.ids;
+      for (const Index id : members) nodes.push_back(node(id, surface.name, ids));
+    }
+    add_nodeset(mesh_, surface.name, nodes);
+  }
+
+  void add_surface(const InpSurface& surface, const MeshIds& ids) {
+    if (find_sideset(mesh_, surface.name) >= 0) return;  // of face elements
+    Sideset set{surface.name, static_cast<Index>(mesh_.sidesets.size()) + 1, {}};
+    for (const auto& entry : surface.entries) {
+      for (const Index id : ids_of(entry)) {
+        const Side element = ids.element(id);
+        if (element.element < 0)
+          fail(entry.line, "element " + std::to_string(id) + " of surface '" + surface.name + "' does not exist");
+        entry.label.empty() ? add_outer_sides(element, set) : add_side(element, entry, set);
+      }
+    }
+    mesh_.sidesets.push_back(std::move(set));
+  }
+
+  void add_side(Side element, const InpSurface::Entry& entry, Sideset& set) const {
+    const ElementType type = mesh_.blocks[static_cast<std::size_t>(element.block)].type;
+    const bool is_face = entry.label.size() == 2 && entry.label[0] == 'S';
+    element.side = is_face ? exodus_side(type, entry.label[1] - '0') : 0;
+    if (element.side == 0) fail(entry.line, "face '" + entry.label + "' found, expected S1, S2, ... of a solid element");
+    set.sides.push_back(element);
+  }
+
+  // Sides that no other solid shares.
+  void add_outer_sides(Side element, Sideset& set) {
+    if (n_shared_.empty()) count_sides();
+    for (element.side = 1; element.side <= n_sides(mesh_.blocks[static_cast<std::size_t>(element.block)].type); ++element.side)
+      if (n_shared_.at(key_of(element)) == 1) set.sides.push_back(element);
+  }
+
+  std::vector<Index> key_of(const Side& side) const {
+    std::vector<Index> nodes = nodes_of_side(mesh_, side);
+    std::sort(nodes.begin(), nodes.end());
+    return nodes;
+  }
+
+  void count_sides() {
+    for (std::size_t b = 0; b < mesh_.blocks.size(); ++b) {
+      const Block& block = mesh_.blocks[b];
+      if (dimension(block.type) != 3) continue;
+      for (Index e = 0; e < block.connectivity.rows(); ++e)
+        for (int side = 1; side <= n_sides(block.type); ++side) ++n_shared_[key_of({static_cast<Index>(b), e, side})];
+    }
+  }
+
+  const std::string where_;
+  InpFile file_;
+  Mesh mesh_;
+  std::unordered_map<Index, std::size_t> place_;  // of an element in FileMesh::elements
+  std::set<Index> has_section_;
+  std::map<std::vector<Index>, int> n_shared_;
+};
+
+}  // namespace
+
+Mesh read_abaqus_mesh(const std::filesystem::path& file) { return AbaqusMesh(file).run(); }
+
+}  // namespace cbr

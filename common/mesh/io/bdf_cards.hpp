@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Cards of Nastran's bulk data: small fields (8 columns), large ones (16), or between commas, over as many lines as they take.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/base/text_lines.hpp"
+
+namespace cbr {
+
+struct BdfCard {
+  std::string name;                 // in capitals, without an asterisk
+  std::vector<std::string> fields;  // those after the name, trimmed; continuations follow one another
+  Index line = 0;
+};
+
+class BdfCards {
+ public:
+  explicit BdfCards(const std::filesystem::path& file);
+
+  // The next card of the bulk data; none after ENDDATA or the last line.
+  std::optional<BdfCard> next();
+  // InputError "FILE:LINE: what", with the card's line.
+  [[noreturn]] void fail(const BdfCard& card, const std::string& what) const { lines_.fail(card.name + ": " + what, card.line); }
+
+  // Field i, from 0. Empty: none, or blank.
+  std::string text(const BdfCard& card, std::size_t i) const;
+  Index whole(const BdfCard& card, std::size_t i) const;                // InputError unless a whole number
+  double real(const BdfCard& card, std::size_t i, double blank) const;  // "1.5", "1.5E3", "1.5D3" and "1.5+3"
+
+ private:
+  bool next_line();
+  bool is_continuation() const;
+  void add_fields(BdfCard& card) const;
+
+  TextLines lines_;
+  std::string line_;  // without comment, tabs expanded
+  bool has_line_ = false, is_bulk_ = false;
+};
+
+}  // namespace cbr

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "common/mesh/io/file_mesh.hpp"
+
+#include <algorithm>
+#include <set>
+#include <utility>
+
+#include "common/base/error.hpp"
+#include "common/mesh/io/mesh_formats.hpp"
+
+namespace cbr {
+namespace {
+
+class MeshMaker {
+ public:
+  MeshMaker(const FileMesh& file, const std::vector<FaceSet>& faces) : file_(file), faces_(faces) {}
+
+  Mesh run() {
+    load_nodes();
+    std::vector<std::size_t> solids;
+    for (std::size_t e = 0; e < file_.elements.size(); ++e)
+      if (dimension(file_.elements[e].type) == 3) solids.push_back(e);
+    add_blocks(solids);
+    add_sidesets();
+    std::vector<std::size_t> shells;
+    for (std::size_t e = 0; e < file_.elements.size(); ++e)
+      if (dimension(file_.elements[e].type) == 2 && is_side_.count(e) == 0) shells.push_back(e);
+    add_blocks(shells);
+    return std::move(mesh_);
+  }
+
+ private:
+  void load_nodes() {
+    const auto n = static_cast<Index>(file_.node_ids.size());
+    mesh_.node_ids = file_.node_ids;
+    mesh_.coordinates = Eigen::Map<const Points>(file_.coordinates.data(), n, 3);
+    for (Index i = 0; i < n; ++i) index_.emplace(mesh_.node_ids[static_cast<std::size_t>(i)], i);
+  }
+
+  std::vector<Index> nodes_of(const FileElement& element) const {
+    std::vector<Index> nodes;
+    for (std::size_t a = 0; a < static_cast<std::size_t>(n_nodes(element.type)); ++a) {
+      const Index id = file_.element_nodes[element.first + a];
+      const auto found = index_.find(id);
+      if (found == index_.end())
+        throw InputError(file_.where + ": element " + std::to_string(element.id) + " refers to node " + std::to_string(id) +
+                         ", which the file does not define");
+      nodes.push_back(found->second);
+    }
+    return nodes;
+  }
+
+  // In the order in which blocks, and their types, come in the file.
+  void add_blocks(const std::vector<std::size_t>& elements) {
+    using Key = std::pair<std::string, ElementType>;
+    std::map<Key, std::size_t> place;
+    std::map<std::string, int> n_types;
+    std::vector<std::pair<Key, std::vector<std::size_t>>> groups;
+    for (const std::size_t e : elements) {
+      const Key key(file_.elements[e].block, file_.elements[e].type);
+      const auto [found, is_new] = place.emplace(key, groups.size());
+      if (is_new) groups.push_back({key, {}}), ++n_types[key.first];
+      groups[found->second].second.push_back(e);
+    }
+    for (const auto& [key, members] : groups) add_block(key.first, key.second, n_types[key.first] > 1, members);
+  }
+
+  void add_block(const std::string& group, ElementType type, bool is_one_of_many, const std::vector<std::size_t>& members) {
+    Block block;
+    block.name = is_one_of_many ? group + "_" + std::string(name(type)) : group;
+    block.id = static_cast<Index>(mesh_.blocks.size()) + 1;
+    block.type = type;
+    block.connectivity.resize(static_cast<Index>(members.size()), n_nodes(type));
+    for (std::size_t row = 0; row < members.size(); ++row) {
+      const FileElement& element = file_.elements[members[row]];
+      const std::vector<Index> nodes = nodes_of(element);
+      std::copy(nodes.begin(), nodes.end(), block.connectivity.row(static_cast<Index>(row)).begin());
+      block.element_ids.push_back(element.id);
+    }
+    if (const auto material = file_.materials.find(group); material != file_.materials.end()) block.material = material->second;
+    mesh_.blocks.push_back(std::move(block));
+  }
+
+  void add_sidesets() {
+    std::vector<bool> wanted(mesh_.node_ids.size(), false);
+    for (const FaceSet& set : faces_)
+      for (const std::size_t e : set.elements)
+        for (const Index node : nodes_of(file_.elements[e])) wanted[static_cast<std::size_t>(node)] = true;
+    const SideLookup lookup(mesh_, wanted);
+    for (const FaceSet& set : faces_) add_sideset(set, lookup);
+  }
+
+  void add_sideset(const FaceSet& set, const SideLookup& lookup) {
+    Sideset sideset{set.name, static_cast<Index>(mesh_.sidesets.size()) + 1, {}};
+    std::set<std::tuple<Index, Index, int>> seen;
+    for (const std::size_t e : set.elements) {
+      const FileElement& element = file_.elements[e];
+      std::vector<Index> corners = nodes_of(element);
+      corners.resize(static_cast<std::size_t>(n_corners(element.type)));
+      const Side side = lookup.find(corners);
+      if (side.element < 0) return;  // shells, which are no surface of a solid
+      if (seen.insert({side.block, side.element, side.side}).second) sideset.sides.push_back(side);
+    }
+    is_side_.insert(set.elements.begin(), set.elements.end());
+    mesh_.sidesets.push_back(std::move(sideset));
+  }
+
+  const FileMesh& file_;
+  const std::vector<FaceSet>& faces_;
+  Mesh mesh_;
+  std::unordered_map<Index, Index> index_;
+  std::set<std::size_t> is_side_;
+};
+
+}  // namespace
+
+Mesh mesh_of(const FileMesh& file, const std::vector<FaceSet>& faces) { return MeshMaker(file, faces).run(); }
+
+MeshIds::MeshIds(const Mesh& mesh) {
+  for (std::size_t i = 0; i < mesh.node_ids.size(); ++i) nodes_.emplace(mesh.node_ids[i], static_cast<Index>(i));
+  for (std::size_t b = 0; b < mesh.blocks.size(); ++b) {
+    const auto& ids = mesh.blocks[b].element_ids;
+    for (std::size_t e = 0; e < ids.size(); ++e) elements_.emplace(ids[e], Side{static_cast<Index>(b), static_cast<Index>(e), 0});
+  }
+}
+
+Index MeshIds::node(Index id) const {
+  const auto found = nodes_.find(id);
+  return found == nodes_.end() ? -1 : found->second;
+}
+
+Side MeshIds::element(Index id) const {
+  const auto found = elements_.find(id);
+  return found == elements_.end() ? Side{-1, -1, 0} : found->second;
+}
+
+void add_nodeset(Mesh& mesh, const std::string& name, std::vector<Index> nodes) {
+  Index n = find_nodeset(mesh, name);
+  if (n < 0) n = static_cast<Index>(mesh.nodesets.size()), mesh.nodesets.push_back({name, n + 1, {}});
+  auto& all = mesh.nodesets[static_cast<std::size_t>(n)].nodes;
+  all.insert(all.end(), nodes.begin(), nodes.end());
+  std::sort(all.begin(), all.end());
+  all.erase(std::unique(all.begin(), all.end()), all.end());
+}
+
+}  // namespace cbr

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Which mass matrix a component has where the scene does not say: measured in docs/decisions/mass.md.
+#pragma once
+
+#include <string>
+
+#include "common/mesh/mesh.hpp"
+#include "common/scene/scene.hpp"
+
+namespace cbr {
+
+// Lumped unless the scene says otherwise: explicit steps divide by it.
+MassKind mass_of_mesh(const Component& component);
+
+// As the scene says; else consistent when the mesh has elements that lumping spoils, and lumped for all others.
+MassKind mass_of_superelement(const Component& component, const Mesh& mesh);
+
+// Whether lumped mass spoils frequencies and inertia of such elements ("hex20", "tet10").
+bool is_spoilt_by_lumping(const std::string& element);
+
+}  // namespace cbr

@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <xxhash.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <memory>
+#include <vector>
+
+#include "common/base/checksum.hpp"
+#include "common/base/error.hpp"
+#include "common/base/number_text.hpp"
+#include "common/scene/scene.hpp"
+#include "common/scene/scene_words.hpp"
+#include "common/scene/staleness.hpp"
+
+namespace cbr {
+namespace {
+
+// To be raised when the same inputs no longer give the same superelement: files made before are then stale.
+constexpr int scheme = 1;
+
+std::string hexadecimal(XXH128_hash_t hash) {
+  XXH128_canonical_t canonical;
+  XXH128_canonicalFromHash(&canonical, hash);
+  constexpr const char* digits = "0123456789abcdef";
+  std::string text;
+  for (const unsigned char byte : canonical.digest) text += digits[byte >> 4], text += digits[byte & 15];
+  return text;
+}
+
+std::string material_text(const Scene& scene, const std::string& material) {
+  const auto found = scene.materials.find(material);
+  if (found == scene.materials.end()) return "none";
+  const Material& m = found->second;
+  if (m.orthotropy) {
+    std::string text;
+    for (const auto& [what, value] : material_provenance(m)) text += what + " " + value + " ";
+    return text;
+  }
+  return number_text(m.youngs_modulus) + " " + number_text(m.poissons_ratio) + " " + number_text(m.density);
+}
+
+std::string properties_text(const Scene& scene, const std::string& material, Hex8Formulation element) {
+  return material_text(scene, material) + " " + word_of(hex8_words, element);
+}
+
+// Names go in with their length, so that no two different inputs give the same text.
+std::string counted(const std::string& text) { return std::to_string(text.size()) + ":" + text; }
+
+std::string component_text(const Scene& scene, const Component& component) {
+  const std::string all_blocks = properties_text(scene, component.material, component.element);
+  std::string text = "default " + all_blocks + "\n";
+  for (const auto& [block, options] : component.blocks) {
+    const std::string properties = properties_text(scene, options.material.empty() ? component.material : options.material,
+                                                   options.element.value_or(component.element));
+    if (properties != all_blocks) text += "block " + counted(block) + " " + properties + "\n";
+  }
+  // Files of before `auto` hold lumped mass: those that it does not suit are told by their provenance, is_of_other_mass().
+  return text + "mass " + word_of(mass_words, component.mass ? component.mass : MassKind::lumped) + "\n";
+}
+
+// Each name once, in any order.
+std::vector<std::string> as_set(std::vector<std::string> names) {
+  std::sort(names.begin(), names.end());
+  names.erase(std::unique(names.begin(), names.end()), names.end());
+  return names;
+}
+
+// Sets that keep their statics, and whether in all directions.
+std::string statics_text(const CharacteristicOptions& options, const InterfaceNeeds& needs) {
+  if (options.no_statics) return "statics none\n";
+  const bool everywhere = options.shear || needs.all_touch.value_or(false);
+  std::map<std::string, bool> sets;
+  for (const auto& [set, slides] : needs.touching)
+    if (options.statics.empty()) sets[set] = slides || everywhere;
+  for (const auto& set : options.statics) {
+    const auto found = needs.touching.find(set);
+    sets[set] = everywhere || (found != needs.touching.end() && found->second);
+  }
+  std::string text;
+  for (const auto& [set, directions] : sets) text += "statics " + counted(set) + (directions ? " all\n" : " normal\n");
+  if (options.statics.empty() && needs.all_touch) text += everywhere ? "statics of all, all\n" : "statics of all, normal\n";
+  return text;
+}
+
+std::string characteristic_text(const CharacteristicOptions& options, const InterfaceNeeds& needs) {
+  std::string text = "characteristic modes of the free component " + std::to_string(options.modes) + "\n";
+  std::vector<std::string> keep = options.keep;
+  keep.insert(keep.end(), needs.held.begin(), needs.held.end());
+  for (const auto& set : as_set(keep)) text += "keep " + counted(set) + "\n";
+  for (const auto& set : as_set(options.pressure)) text += "pressure " + counted(set) + "\n";
+  text += "patterns " + std::to_string(options.patterns) + (options.shear ? " shear\n" : "\n");
+  return text + statics_text(options, needs);
+}
+
+std::string reduction_text(const ReductionOptions& reduction, const InterfaceNeeds& needs) {
+  const std::vector<std::string> sets = as_set(reduction.interface_sets);
+  std::string text = "basis " + reduction.basis + "\n";
+  if (reduction.is_massless()) text += "massless_modes " + reduction.massless_modes + "\n";
+  if (reduction.is_massless() && reduction.massless_modes == "tapered")
+    text += "falling to the next that takes part\n";  // since 1.5
+  if (reduction.is_characteristic()) text += characteristic_text(reduction.characteristic, needs);
+  for (const auto& set : sets) text += "interface " + counted(set) + "\n";
+  if (reduction.modes) text += "modes " + std::to_string(*reduction.modes) + "\n";
+  if (reduction.cutoff_hz) text += "cutoff_hz " + number_text(*reduction.cutoff_hz) + "\n";
+  if (reduction.tolerance) text += "tolerance " + number_text(*reduction.tolerance) + "\n";
+  text += "pick " + reduction.pick + "\n";
+  text += "domains " + std::to_string(reduction.domains) + "\n";
+  if (reduction.second_modes) text += "second modes " + std::to_string(*reduction.second_modes) + "\n";
+  if (reduction.second_cutoff_hz) text += "second cutoff_hz " + number_text(*reduction.second_cutoff_hz) + "\n";
+  text += std::string("recovery ") + (reduction.recovery ? "true" : "false") + "\n";
+  for (const auto& set : as_set(reduction.recovery_sets)) text += "recovery of " + counted(set) + "\n";
+  return text;
+}
+
+}  // namespace
+
+std::string file_hash(const std::filesystem::path& file) {
+  std::error_code error;
+  const auto status = std::filesystem::status(file, error);
+  if (std::filesystem::is_directory(status)) throw InputError(file.string() + ": is a directory");
+  // A device or a pipe may have no end
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
+    throw InputError(file.string() + ": is not a regular file: give the path of a file on a disk");
+  errno = 0;
+  std::ifstream in(file, std::ios::binary);
+  if (!in.is_open()) throw InputError(file.string() + ": cannot be opened: " + std::strerror(errno));
+  const std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state(XXH3_createState(), XXH3_freeState);
+  XXH3_128bits_reset(state.get());
+  std::vector<char> buffer(std::size_t{1} << 20);
+  while (in.read(buffer.data(), static_cast<std::streamsize>(buffer.size())) || in.gcount() > 0) {
+    XXH3_128bits_update(state.get(), buffer.data(), static_cast<std::size_t>(in.gcount()));
+  }
+  if (in.bad()) throw InputError(file.string() + ": cannot be read: " + std::strerror(errno));
+  return hexadecimal(XXH3_128bits_digest(state.get()));
+}
+
+struct Checksum::State {
+  XXH3_state_t* const xxh3 = XXH3_createState();
+  State() { XXH3_64bits_reset(xxh3); }
+  ~State() { XXH3_freeState(xxh3); }
+  State(const State&) = delete;
+  State& operator=(const State&) = delete;
+};
+
+Checksum::Checksum() : state_(std::make_unique<State>()) {}
+Checksum::~Checksum() = default;
+void Checksum::add(const void* data, std::size_t bytes) {
+  if (bytes > 0) XXH3_64bits_update(state_->xxh3, data, bytes);
+}
+Index Checksum::value() const { return static_cast<Index>(XXH3_64bits_digest(state_->xxh3)); }
+
+std::string bytes_hash(std::string_view bytes) { return hexadecimal(XXH3_128bits(bytes.data(), bytes.size())); }
+
+std::string content_hash(const Scene& scene, const Component& component) {
+  std::string text = "cbr content hash " + std::to_string(scheme) + "\nmesh " + file_hash(component.mesh) + "\n";
+  text += component_text(scene, component);
+  if (component.reduction) text += reduction_text(*component.reduction, interface_needs(scene, component));
+  return bytes_hash(text);
+}
+
+}  // namespace cbr

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Shells and beams of a mesh, which no program computes with in this version: told by all of them.
+#pragma once
+
+#include <string>
+
+#include "common/app/report.hpp"
+#include "common/mesh/mesh.hpp"
+#include "common/scene/scene.hpp"
+
+namespace cbr {
+
+// What is wrong with a mesh of nothing else, and what to do.
+inline constexpr const char* no_volume_elements =
+    "the mesh has no volume elements (hexes, tetrahedra, wedges, pyramids): there is nothing to compute; gmsh writes only what is "
+    "in physical groups once there is one: add Physical Volume(\"part\") = {TAG}, and mesh with gmsh -3";
+
+// InputError when the scene gives a material or an element to such a block.
+void refuse_left_out_blocks(const Component& component, const Mesh& mesh);
+
+// "fin (25 quad4), web (12 tri3), beam (11 of its 11 nodes are of no solid)"; empty when all is solid.
+std::string left_out_blocks(const Mesh& mesh);
+
+// Warns, by the component's name; `blocks`: as above, nothing is said when it is empty. InputError when the scene names one.
+void warn_of_left_out_blocks(const Component& component, const std::string& blocks, Report& report);
+
+}  // namespace cbr

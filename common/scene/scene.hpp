@@ -1,0 +1,343 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Front door of common/scene: the scene: read, written, hashed, held against superelement files.
+//
+// The scene file as structs. Parsing is strict: an unknown key is an error with file, line, key, found, allowed.
+#pragma once
+
+#include <array>
+#include <algorithm>
+#include <filesystem>
+#include <iosfwd>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/base/types.hpp"
+#include "common/fem/assembly.hpp"
+
+namespace cbr {
+
+// Where a value stood, for messages that are found out later (a surface that the mesh does not have).
+struct SourceLine {
+  std::string file;
+  int line = 0;              // from 1
+  std::string text() const;  // "impact.yaml:12"
+};
+
+// What a scene asks of a component's interface beside the component's own options.
+struct InterfaceNeeds {
+  std::map<std::string, bool> touching;  // sidesets that contact names -> whether with friction
+  std::optional<bool> all_touch = {};    // contact of all surfaces; with friction
+  std::vector<std::string> held = {};    // sets that boundary conditions hold, and tied surfaces
+};
+
+// Basis characteristic: what stands for the interface's dofs.
+struct CharacteristicOptions {
+  Index modes = 10;                        // elastic characteristic constraint modes; rigid motions come on top
+  std::vector<std::string> keep = {};      // sets whose nodes keep a coordinate for each dof
+  std::vector<std::string> pressure = {};  // sidesets that get static responses to patterns of pressure; none: as statics
+  Index patterns = 1;                      // of each of them
+  bool shear = false;                      // patterns and statics in all directions, not only normal to the faces
+  std::vector<std::string> statics = {};   // sidesets that keep their statics; none named: those that touch
+  bool no_statics = false;                 // statics: none
+  InterfaceNeeds needs = {};               // of the scene, interface_needs(); no key of its own
+  bool is_default_modes = false;           // `modes` is default_shapes(), and as many as there is room for will do
+};
+// A uniform pressure, or uniform tractions along three axes.
+inline Index default_patterns(const CharacteristicOptions& options) { return options.shear ? 3 : 1; }
+// Of basis characteristic, where neither modes nor a cutoff is given.
+inline constexpr Index default_modes = 80;
+// A third as many as modes with the interface held, within 10 and 40: docs/decisions/characteristic.md.
+inline Index default_shapes(const std::optional<Index>& modes) { return std::clamp<Index>(modes.value_or(0) / 3, 10, 40); }
+
+struct ReductionOptions {
+  std::string basis = "craig-bampton";
+  std::vector<std::string> interface_sets;  // sidesets / nodesets; key `interface`
+  std::optional<Index> modes;               // exactly one of modes, cutoff_hz, tolerance
+  std::optional<double> cutoff_hz;
+  std::optional<double> tolerance;  // share of the interior's strain energy that modes may leave out (docs/theory.md)
+  std::string pick = "frequency";   // frequency | participation
+  // With basis massless: free (MacNeal) | fixed (modified Craig-Bampton), the interface's part in the modes that are kept.
+  std::string massless_modes = "free";
+  Index domains = 1;  // parts that are reduced each by itself and share nodes (METIS)
+  // Of the domains, put together: reduced again to the component's interface, and so to one superelement. At most one of the two.
+  std::optional<Index> second_modes;
+  std::optional<double> second_cutoff_hz;
+  bool recovery = false;
+  // Not empty: recovery of the elements that meet these sets or element blocks alone.
+  std::vector<std::string> recovery_sets;
+  // Sidesets that may lie inside the part, for loads on them; those of the scene's loads come on top (load_sets()).
+  std::vector<std::string> loads;
+  bool is_decomposed() const { return domains > 1; }
+  bool has_second_reduction() const { return second_modes || second_cutoff_hz; }
+  CharacteristicOptions characteristic;  // with that basis only
+  bool is_massless() const { return basis == "massless"; }
+  bool is_characteristic() const { return basis == "characteristic"; }
+  std::filesystem::path superelement;  // absolute
+  SourceLine source;
+};
+
+struct Component {
+  std::string name;
+  std::filesystem::path mesh;  // absolute
+  std::string material;        // default of all blocks; may be empty when every block names one
+  struct BlockOptions {
+    std::string material;
+    std::optional<Hex8Formulation> element;
+    SourceLine source;
+  };
+  std::map<std::string, BlockOptions> blocks;
+  Hex8Formulation element = Hex8Formulation::incompatible;
+  std::optional<MassKind> mass;  // not given: by use and element, common/scene/component_mass.hpp
+  std::optional<ReductionOptions> reduction;
+  // False: key `superelement`, a file that is used as it is. There is no mesh, material or element then, and of `reduction`
+  // only the file's name; cbr-dyn takes the rest from the file.
+  bool has_mesh = true;
+  // Reference points that move as the nodes of a sideset or nodeset do in the mean.
+  struct Point {
+    std::string nodes;          // the set
+    std::optional<Vector3> at;  // component axes; not given: the set's centre
+    SourceLine source;
+  };
+  std::map<std::string, Point> points;
+  SourceLine source;
+};
+
+// Damping of a material: C = alpha M + beta K, and a loss factor that each mode gets half of as its damping ratio.
+struct MaterialDamping {
+  double alpha = 0;        // 1/s
+  double beta = 0;         // s
+  double loss_factor = 0;  // for motion in modes only
+  bool operator==(const MaterialDamping&) const = default;
+};
+
+// Damping ratios of an instance's modes by frequency: linear in between, constant beyond. One entry: of all modes.
+struct ModalDamping {
+  std::vector<double> frequency_hz, ratio;
+  bool empty() const { return ratio.empty(); }
+};
+
+enum class InstanceKind { superelement, mesh };
+
+struct Instance {
+  std::string name, component;
+  InstanceKind as = InstanceKind::superelement;
+  Vector3 position = Vector3::Zero();
+  Vector3 rotation_degrees = Vector3::Zero();  // about the fixed x, then y, then z axis
+  std::string mirror;                          // "", "x", "y" or "z": the coordinate that changes sign; before the rotation
+  Vector3 velocity = Vector3::Zero();
+  ModalDamping damping;  // on top of what its materials have
+  Vector3 angular_velocity = Vector3::Zero();  // rad/s, scene axes, about the centre of mass
+  SourceLine source;
+  Matrix3 transformation() const;  // rotation * mirror: x_scene = T x_component + position
+};
+
+struct SkinOptions {
+  std::vector<std::string> surfaces;
+  double youngs_modulus = 0, poissons_ratio = 0, density = 0, thickness = 0;
+  std::filesystem::path mesh;  // absolute
+  SourceLine source;
+};
+
+// INSTANCE.SURFACE, or the name of a rigid wall (then `instance` is empty).
+struct SurfaceName {
+  std::string instance, surface;
+  SourceLine source;
+  bool is_wall() const { return instance.empty(); }
+  std::string text() const { return is_wall() ? surface : instance + "." + surface; }
+};
+
+// A rigid wall that does not move, in the scene's axes.
+struct WallOptions {
+  enum class Kind { plane, sphere, cylinder } kind = Kind::plane;
+  std::string name;
+  Vector3 point = Vector3::Zero();       // of the plane or of the cylinder's axis; the sphere's centre
+  Vector3 direction = Vector3::UnitZ();  // unit: the plane's normal, towards the bodies; the cylinder's axis
+  double radius = 0;                     // of sphere and cylinder
+  bool inside = false;                   // bodies are inside the sphere or cylinder
+  SourceLine source;
+};
+
+struct History {
+  std::vector<double> time, value;
+};  // piecewise linear; constant before and after; empty: 1
+
+// How the nodes of a boundary condition move: not at all, or by what is given of their motion.
+enum class SupportMotion { none, displacement, velocity, acceleration };
+
+struct BoundaryCondition {
+  std::string instance, nodes;  // a nodeset or sideset
+  std::array<bool, 3> fix{};    // in the scene's axes
+  SupportMotion motion = SupportMotion::none;
+  Vector3 value = Vector3::Zero();  // of the motion: what the history multiplies, 0 along axes that are not fixed
+  History history;
+  SourceLine source;
+};
+
+struct Load {
+  enum class Kind { traction, force, gravity, pressure, moment } kind = Kind::traction;
+  std::string instance, surface;    // empty for gravity
+  bool on_point = false;            // `surface` is a point of the component: force and moment
+  Vector3 value = Vector3::Zero();  // scene axes; of a pressure, which pushes into the faces, the first alone
+  History history;
+  SourceLine source;
+};
+
+enum class Enforcement { impulse, penalty, nodal };
+
+// Which points of two surfaces are kept apart.
+enum class Formulation {
+  node_face,  // nodes of the finer surface, faces of the other
+  two_way,    // nodes of each against the faces of the other (penalty only: hard constraints from both sides are too many)
+  mortar      // gaps integrated over what the surfaces share
+};
+
+struct ContactOptions {
+  // `all`: every instance's surfaces against those of every other instance; first and second are not used then.
+  bool all = false;
+  SurfaceName first, second;  // `second` may be a wall
+  Enforcement enforcement = Enforcement::impulse;
+  Formulation formulation = Formulation::node_face;
+  double friction = 0;           // Coulomb's coefficient
+  double damping = 0;            // penalty: share of the critical damping of the contact spring and the mass that it feels
+  bool tied = false;             // joined at the start, for good
+  // Joined, and pulled together along the normal by statics, then locked: by a force, or by a length. At most one; tied then.
+  std::optional<double> pretension_force, shortening;
+  bool resolves_overlap = false;  // key `overlap: resolve`: statics press surfaces apart that overlap at the start
+  std::optional<double> adjust;  // length: gaps and overlaps up to this at the start count as closed. Not given: overlaps are kept
+                                 // as they are; tied takes in what is within 5 % of a face
+  SourceLine source;
+};
+
+// Two points of instances, or a point and the ground, whose relative motion is held: all of it, or some of six motions.
+struct LinkOptions {
+  SurfaceName first, second;       // a wall's name in `second` is the ground
+  std::array<bool, 6> fix{true, true, true, true, true, true};  // x, y, z, and rotations about them
+  Matrix3 axes = Matrix3::Identity();                           // rows: x, y, z of `fix`, scene axes
+  SourceLine source;
+};
+
+enum class Integrator { exact, central_difference, newmark };
+enum class Rotations { small, large };
+
+struct TimeOptions {
+  double end = 0;
+  bool is_static = false;        // key `static`: equilibrium in load steps, `end` and `step` are of the loads' time
+  std::optional<Index> preload;  // load steps of statics before the time 0; not given: preload_steps()
+  std::optional<double> step;  // seconds; neither step nor cfl: auto
+  std::optional<double> cfl;   // of the critical step of central differences; above 1 with newmark and mass_scaling only
+  double alpha = 0;            // newmark: HHT's, in [-1/3, 0]
+  bool mass_scaling = false;   // exact: superelements' modes above 2 / step get that frequency and more modal mass (extension)
+  bool force_step = false;     // key `force: true`: a step above the critical one is run all the same (extension)
+  Integrator integrator = Integrator::exact;
+  Rotations rotations = Rotations::small;
+  SourceLine source;
+};
+
+// From what a run that was interrupted goes on.
+struct CheckpointOptions {
+  // When: exactly one is given
+  std::optional<double> every;  // seconds of the scene's time
+  std::optional<Index> every_steps;
+  std::optional<double> every_minutes;  // of the clock
+  std::filesystem::path file;           // absolute; empty: beside the results
+  SourceLine source;
+};
+
+// In which file fields go to viewers: XDMF over HDF5, or Exodus II.
+enum class FieldFormat { xdmf, exodus };
+
+// Stress of an instance at every output, without fields: of the nodes of a set, or of elements.
+struct StressOptions {
+  std::string instance;
+  std::string set;              // a sideset or nodeset; empty: one of the following
+  std::vector<Index> elements;  // ids of the mesh: stress at their centres
+  Index worst = 0;              // so many elements with the largest von Mises stress, at each output
+  bool envelope = false;        // extremes over the outputs, of all elements and nodes
+  SourceLine source;
+};
+
+// Harmonic response: `cbr-dyn --sweep`.
+struct SweepOptions {
+  double from_hz = 0, to_hz = 0;
+  Index points = 200;
+  bool is_logarithmic = false;
+  std::optional<Index> modes;  // of meshes; not given: up to twice to_hz
+  SourceLine source;
+};
+
+struct OutputOptions {
+  double every = 0;  // 0: every step
+  std::vector<SurfaceName> history;
+  std::vector<std::string> fields;  // displacement | velocity | stress | nodal_stress | contact_pressure
+  std::vector<StressOptions> stress;
+  FieldFormat format = FieldFormat::xdmf;
+  std::optional<CheckpointOptions> checkpoint;
+  SourceLine source;
+};
+
+struct Scene {
+  std::filesystem::path file;  // "-" when read from stdin
+  std::map<std::string, Material> materials;
+  std::map<std::string, MaterialDamping> damping;  // of those materials that have any
+  std::map<std::string, Component> components;
+  std::vector<Instance> instances;  // in the file's order
+  std::optional<SkinOptions> skin;
+  std::vector<BoundaryCondition> boundary;
+  std::vector<Load> loads;
+  std::vector<WallOptions> walls;  // in the file's order
+  std::vector<ContactOptions> contact;
+  std::vector<LinkOptions> links;
+  std::optional<TimeOptions> time;
+  std::optional<SweepOptions> sweep;
+  OutputOptions output;
+};
+
+// Reads a scene; "-" is stdin. Relative paths are resolved against the scene file's folder (stdin: the working directory).
+// InputError for everything that can be known without opening another file.
+Scene read_scene(const std::string& file_or_dash);
+
+// Load steps of statics before the time 0: as given, else some where the scene has a pretension or an overlap to resolve, else none.
+Index preload_steps(const Scene& scene);
+
+// InputError for an enforcement that the scene's integrator cannot do: asked before anything is reduced for a run that cannot be.
+void check_contact_with_time(const Scene& scene);
+
+// The scene as YAML with absolute paths: what a filter hands on. read_scene(write_scene(s)) == s.
+void write_scene(const Scene& scene, std::ostream& out);
+
+const Component& component_of(const Scene& scene, const Instance& instance);
+// A reference point of the instance's component; nullptr: there is none of this name.
+const Component::Point* point_of(const Scene& scene, const std::string& instance, const std::string& name);
+// One per mesh block. InputError: a block named in the scene that the mesh does not have; a block without a material.
+std::vector<BlockProperties> block_properties(const Scene& scene, const Component& component, const Mesh& mesh);
+
+// Names, ascending, of the sets that loads act on: those of reduction.loads, and those of the scene's loads on instances of the
+// component that stand as superelements. Some of them may be on the interface.
+std::vector<std::string> load_sets(const Scene& scene, const Component& component);
+
+// InputError "WHERE: ..." for a basis that is unknown.
+void check_basis(const std::string& basis, const std::string& where);
+// InputError "WHERE: ..." for options that basis massless cannot be had with.
+void check_massless(const ReductionOptions& reduction, const std::string& where);
+void check_characteristic(const ReductionOptions& reduction, const std::string& where);  // the same of basis characteristic
+
+// XXH3 (128 bit, hex) of a file's bytes. InputError when it cannot be read.
+std::string file_hash(const std::filesystem::path& file);
+std::string bytes_hash(std::string_view bytes);  // the same of what is in memory
+
+// What contact and boundary conditions ask of the component, over all instances that stand as its superelement. Of a mesh
+// without a scene (Scene::file is empty): all sets of its interface may touch, without friction.
+InterfaceNeeds interface_needs(const Scene& scene, const Component& component);
+
+// Whether a run may read the diagonal form of the component's superelement: not where boundary conditions hold every
+// instance, as the form is that of the free component. True without a run (no `time`), whose scene is still to come.
+bool reads_diagonal_form(const Scene& scene, const Component& component);
+
+// Hash (hex) of all that a component's superelement depends on: the mesh file's bytes, materials, elements, mass, reduction
+// options; no paths, no times. InputError when the mesh cannot be read.
+std::string content_hash(const Scene& scene, const Component& component);
+
+}  // namespace cbr

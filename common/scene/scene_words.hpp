@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The words of a scene file and what they stand for: one table for reading, writing and hashing.
+#pragma once
+
+#include <cassert>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/scene/scene.hpp"
+
+namespace cbr {
+
+template <typename Value>
+using Words = std::vector<std::pair<std::string, Value>>;
+
+inline const Words<Hex8Formulation> hex8_words = {{"hex8", Hex8Formulation::full},
+                                                  {"hex8-incompatible", Hex8Formulation::incompatible},
+                                                  {"hex8-hourglass", Hex8Formulation::hourglass}};
+inline const Words<std::optional<MassKind>> mass_words = {
+    {"auto", std::nullopt}, {"lumped", MassKind::lumped}, {"consistent", MassKind::consistent}};
+inline const Words<InstanceKind> instance_words = {{"superelement", InstanceKind::superelement}, {"mesh", InstanceKind::mesh}};
+inline const Words<Enforcement> enforcement_words = {
+    {"impulse", Enforcement::impulse}, {"penalty", Enforcement::penalty}, {"nodal", Enforcement::nodal}};
+inline const Words<Formulation> formulation_words = {
+    {"node-face", Formulation::node_face}, {"two-way", Formulation::two_way}, {"mortar", Formulation::mortar}};
+inline const Words<WallOptions::Kind> wall_words = {
+    {"plane", WallOptions::Kind::plane}, {"sphere", WallOptions::Kind::sphere}, {"cylinder", WallOptions::Kind::cylinder}};
+inline const Words<SupportMotion> motion_words = {{"displacement", SupportMotion::displacement},
+                                                  {"velocity", SupportMotion::velocity},
+                                                  {"acceleration", SupportMotion::acceleration}};
+inline const Words<Rotations> rotations_words = {{"small", Rotations::small}, {"large", Rotations::large}};
+inline const Words<FieldFormat> field_format_words = {{"xdmf", FieldFormat::xdmf}, {"exodus", FieldFormat::exodus}};
+inline const Words<Integrator> integrator_words = {
+    {"exact", Integrator::exact}, {"central-difference", Integrator::central_difference}, {"newmark", Integrator::newmark}};
+
+template <typename Value>
+std::string word_of(const Words<Value>& words, Value value) {
+  for (const auto& [word, meaning] : words) {
+    if (meaning == value) return word;
+  }
+  assert(false);
+  return "";
+}
+
+}  // namespace cbr

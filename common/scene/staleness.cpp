@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "common/scene/staleness.hpp"
+
+#include <algorithm>
+#include <sstream>
+#include <vector>
+
+#include "common/base/error.hpp"
+#include "common/base/number_text.hpp"
+#include "common/files/hdf5_file.hpp"
+#include "common/scene/component_mass.hpp"
+#include "common/scene/scene_words.hpp"
+
+namespace cbr {
+namespace {
+
+using Provenance = std::map<std::string, std::string>;
+
+void add(const CharacteristicOptions& options, Provenance& p) {
+  p["characteristic.modes"] = std::to_string(options.modes);
+  if (!options.keep.empty()) p["characteristic.keep"] = join(options.keep);
+  if (!options.pressure.empty()) p["characteristic.pressure"] = join(options.pressure);
+  if (!options.statics.empty()) p["characteristic.statics"] = join(options.statics);
+  if (options.no_statics) p["characteristic.statics"] = "none";
+  p["characteristic.patterns"] = std::to_string(options.patterns);
+  p["characteristic.shear"] = options.shear ? "true" : "false";
+}
+
+Provenance provenance_of(const Hdf5Reader& file) {
+  Provenance p;
+  if (!file.has("/provenance")) return p;
+  for (const auto& key : file.attributes("/provenance"))
+    if (file.is_string("/provenance", key)) p[key] = file.read_string("/provenance", key);
+  return p;
+}
+
+// A set's names stand in any order.
+std::string sorted(const std::string& names) {
+  std::vector<std::string> words;
+  std::istringstream in(names);
+  for (std::string word; std::getline(in >> std::ws, word, ',');) words.push_back(word);
+  std::sort(words.begin(), words.end());
+  return join(words);
+}
+
+bool is_option(const std::string& key) {
+  return key != "mesh" && key != "mesh_hash" && key != "left_out" && !key.starts_with("block ");
+}
+
+class Differences {
+ public:
+  void add(const std::string& key, const std::string& in_file, const std::string& in_scene) {
+    if (sorted(in_file) == sorted(in_scene)) return;
+    add(key + ": " + (in_file.empty() ? "none" : in_file) + " in the file, " + (in_scene.empty() ? "none" : in_scene) +
+        " in the scene");
+  }
+  void add(const std::string& text) { text_ += (text_.empty() ? "" : "; ") + text; }
+  const std::string& text() const { return text_; }
+
+ private:
+  std::string text_;
+};
+
+std::string value(const Provenance& p, const std::string& key) {
+  const auto found = p.find(key);
+  return found == p.end() ? "" : found->second;
+}
+
+// Options of a block by its name in the mesh, which an unnamed block of an Exodus file has from its number.
+const Component::BlockOptions* options_of(const Component& component, const std::string& block) {
+  for (const auto& [named, options] : component.blocks)
+    if (named == block || "block_" + named == block) return &options;
+  return nullptr;
+}
+
+void compare_blocks(const Scene& scene, const Component& component, const Provenance& file, Differences& differences) {
+  for (const auto& [key, in_file] : file) {
+    const auto end = key.rfind(": ");
+    if (!key.starts_with("block ") || end == std::string::npos) continue;
+    const std::string block = key.substr(6, end - 6), what = key.substr(end + 2);
+    const Component::BlockOptions* own = options_of(component, block);
+    const auto material = scene.materials.find(own && !own->material.empty() ? own->material : component.material);
+    if (what == "element") {
+      const std::string word = word_of(hex8_words, own ? own->element.value_or(component.element) : component.element);
+      if (in_file.starts_with("hex8")) differences.add("element of block " + block, in_file, word);
+    } else if (material != scene.materials.end()) {
+      const Provenance own_numbers = material_provenance(material->second);
+      const auto number = own_numbers.find(what);
+      differences.add(what + " of block " + block, in_file, number != own_numbers.end() ? number->second : "none");
+    }
+  }
+}
+
+// What the scene wants of the elements that the file was made of.
+MassKind wanted_mass(const Component& component, const Provenance& file) {
+  if (component.mass) return *component.mass;
+  const bool spoilt = std::any_of(file.begin(), file.end(), [](const auto& item) {
+    return item.first.starts_with("block ") && item.first.ends_with(": element") && is_spoilt_by_lumping(item.second);
+  });
+  return spoilt ? MassKind::consistent : MassKind::lumped;
+}
+
+}  // namespace
+
+Provenance material_provenance(const Material& m) {
+  const auto three = [](const Vector3& v) { return "[" + number_text(v[0]) + ", " + number_text(v[1]) + ", " + number_text(v[2]) + "]"; };
+  Provenance p;
+  p["density"] = number_text(m.density);
+  if (!m.orthotropy) {
+    p["youngs_modulus"] = number_text(m.youngs_modulus);
+    p["poissons_ratio"] = number_text(m.poissons_ratio);
+    return p;
+  }
+  const Orthotropy& of = *m.orthotropy;
+  p["youngs_modulus"] = three(of.youngs_moduli);
+  p["poissons_ratio"] = three(of.poissons_ratios);
+  p["shear_modulus"] = three(of.shear_moduli);
+  p["axes"] = "[" + three(of.axes.row(0).transpose()) + ", " + three(of.axes.row(1).transpose()) + "]";
+  return p;
+}
+
+Provenance option_provenance(const Component& component, MassKind mass) {
+  const ReductionOptions& reduction = *component.reduction;
+  Provenance p;
+  p["mass"] = word_of(mass_words, std::optional(mass));
+  if (reduction.is_massless()) p["massless_modes"] = reduction.massless_modes;
+  if (reduction.is_characteristic()) add(reduction.characteristic, p);
+  p["interface"] = join(reduction.interface_sets);
+  if (reduction.modes) p["modes"] = std::to_string(*reduction.modes);
+  if (reduction.cutoff_hz) p["cutoff_hz"] = number_text(*reduction.cutoff_hz);
+  if (reduction.tolerance) p["tolerance"] = number_text(*reduction.tolerance);
+  p["pick"] = reduction.tolerance ? "tolerance" : reduction.pick;
+  p["domains"] = std::to_string(reduction.domains);
+  if (reduction.second_modes) p["second_modes"] = std::to_string(*reduction.second_modes);
+  if (reduction.second_cutoff_hz) p["second_cutoff_hz"] = number_text(*reduction.second_cutoff_hz);
+  p["recovery"] = !reduction.recovery_sets.empty() ? join(reduction.recovery_sets) : reduction.recovery ? "true" : "false";
+  return p;
+}
+
+std::string stale_text(const Scene& scene, const Component& component) try {
+  const Hdf5Reader reader(component.reduction->superelement);
+  const Provenance file = provenance_of(reader), now = option_provenance(component, wanted_mass(component, file));
+  if (file.empty()) return "the file does not tell what it was made from";
+  Differences differences;
+  if (reader.has_attribute("/", "basis")) differences.add("basis", reader.read_string("/", "basis"), component.reduction->basis);
+  if (value(file, "mesh_hash") != file_hash(component.mesh))
+    differences.add("the mesh " + component.mesh.filename().string() + " is another than that of the file");
+  for (const auto& [key, in_file] : file)
+    if (is_option(key)) differences.add(key, in_file, value(now, key));
+  for (const auto& [key, in_scene] : now)
+    if (file.count(key) == 0) differences.add(key, "", in_scene);
+  compare_blocks(scene, component, file, differences);
+  return differences.text().empty() ? "what contact and supports ask of its interface has changed" : differences.text();
+} catch (const InputError&) {
+  return "the file cannot be read";
+}
+
+bool is_of_other_mass(const Component& component) try {
+  const Provenance file = provenance_of(Hdf5Reader(component.reduction->superelement));
+  const std::string found = value(file, "mass");
+  return !found.empty() && found != word_of(mass_words, std::optional(wanted_mass(component, file)));
+} catch (const InputError&) {
+  return false;
+}
+
+bool lacks_face_centres(const std::filesystem::path& superelement) {
+  try {
+    const Hdf5Reader file(superelement);
+    const std::string part = file.has("/domains/1") ? "/domains/1" : "/";
+    if (!file.has_attribute(part, "format_version")) return false;
+    const std::string version = file.read_string(part, "format_version");
+    if (!version.starts_with("1.") || std::stoi(version.substr(2)) >= 6) return false;
+    const Provenance p = provenance_of(file);
+    return std::any_of(p.begin(), p.end(), [](const auto& item) { return item.second == "hex27"; });
+  } catch (const std::exception&) {
+    return false;
+  }
+}
+
+}  // namespace cbr

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What a reduction knows of its conditioning: /conditioning of a superelement file, told by cbr-reduce that finds it and by cbr-dyn
+// that relies on it, with one set of thresholds.
+#pragma once
+
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+
+#include "common/app/report.hpp"
+#include "common/base/types.hpp"
+
+namespace cbr {
+
+constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
+
+// Of a symmetric positive definite matrix, in the 1-norm. `scaled`: of D A D with D = diag(A)^-1/2, which does not depend on units
+// and within a factor of the size is the least that a diagonal scaling can reach (van der Sluis 1969, doi 10.1007/BF02165096): its
+// product with 1e-16 is what Cholesky's solutions lose.
+struct ConditionNumbers {
+  double plain = not_known, scaled = not_known;
+};
+
+// Modes against Phi^T M_II Phi = I and K_II Phi = M_II Phi Lambda.
+struct ModeCheck {
+  double orthogonality = not_known;  // largest entry of Phi^T M_II Phi z - z, z of random signs
+  Index worst = -1;                  // its mode, from 0; not in a file
+  double residual = not_known;       // |K_II w - M_II Phi z| / |M_II Phi z|, w = Phi Lambda^-1 z
+};
+
+// What one reduction, or what its domains make together, knows about itself. NaN: not known.
+struct Conditioning {
+  ConditionNumbers K_II, mass;        // stiffness of the interior, reduced mass (infinite: not positive definite)
+  double smallest_pivot = not_known;  // SparseCholesky's
+  ModeCheck modes;
+  std::string counts;  // of the inertia, "79 below 1.2e+06 Hz"; empty: none was made
+  // Forces of rigid motions, of the full stiffness and of the reduced one, as shares of its rows: RigidResidual
+  double rigid = not_known, reduced_rigid = not_known;
+  double softest = not_known;                                  // softest_motion(), where the frequencies are not known
+  double largest_omega = not_known, lowest_omega = not_known;  // rad/s, of the reduced component: highest, lowest not rigid
+  Index n_zero = 0, n_rigid = 0;                               // frequencies 0, and how many there have to be; with largest_omega
+  std::string weakest, rigid_node, loose_node;                 // nodes, as messages name them; empty: not known
+  std::optional<Vector3> rho_res;  // docs/theory.md, (9); of domains together or a second reduction: others have it in /accuracy
+
+  bool knows_modes() const { return !std::isnan(modes.residual); }
+  bool knows_frequencies() const { return !std::isnan(largest_omega); }
+};
+
+bool is_without_stiffness(double softest);  // to round-off: a mechanism
+bool is_dependent(double orthogonality);    // one mode is nearly there twice
+
+// Figures for --verbose; `of_domain`: but those that only a whole component has. Warnings that say what to do.
+void report_conditioning(const Conditioning& conditioning, Report& report, bool of_domain = false);
+void warn_of_conditioning(const Conditioning& conditioning, Report& report);
+
+}  // namespace cbr

@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// `impulse`: a W that is formed, or kept and corrected by what the bodies themselves answer.
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "dynamics/contact/enforce/enforcement.hpp"
+#include "dynamics/contact/response/packing.hpp"
+
+namespace cbr {
+namespace {
+
+// A defect that shrinks by less from product to product, or takes more of them, calls for a new W.
+constexpr double slowest_rate = 0.5;
+constexpr int most_pushes = 15;
+// A new W costs about this many products, and its factor one more for each so many rows: docs/decisions/contact-cost.md.
+constexpr double products_of_W = 4, rows_of_a_product = 400;
+constexpr Index longest_wait = 64;
+// Points that come are added while they are fewer than this share.
+constexpr double most_new = 0.25;
+// Solutions between products, until what the model says of their impulses is what was taken for it.
+constexpr int most_solutions = 4;
+
+void fill_keys(const ContactList& list, const std::vector<PointLaw>& laws, std::vector<PointKey>& keys) {
+  keys.clear();
+  for (std::size_t i = 0; i < list.points.size(); ++i) {
+    const ContactPoint& point = list.points[i];
+    const ContactTerm &first = list.terms[point.first_term], &last = list.terms[point.first_term + point.n_terms - 1];
+    PointKey key{first.body, last.body, point.slot, point.n_slave_terms == 1 ? first.node : -1, 0, laws[i].law};
+    if (!keys.empty()) {
+      PointKey before = keys.back();
+      before.ordinal = 0;
+      if (before == key) key.ordinal = keys.back().ordinal + 1;
+    }
+    keys.push_back(key);
+  }
+}
+
+// One step's problem and its solution.
+struct ImpulseStep {
+  const ContactList& list;
+  const std::vector<PointLaw>& laws;
+  Vector g, guess;
+  Vector p, gap;
+  double residual = 0;
+  bool fallback = false, moved = false;  // moved: the memory's moves are those of p
+};
+
+void form(const ImpulseStep& step, double h, const std::vector<ContactBody>& bodies, ImpulseMemory& memory) {
+  memory.rows = step.list, memory.laws = step.laws, memory.h = h;
+  ContactSolver solver(gap_response(step.list, step.laws, bodies), step.laws);
+  if (memory.solver) solver.begin_as(*memory.solver);
+  memory.solver = std::move(solver);
+  fill_keys(step.list, step.laws, memory.keys);
+  memory.defects.clear();
+  memory.extra = 0;
+  ++memory.n_formed;
+}
+
+void solve_exactly(ImpulseStep& step, ImpulseMemory& memory) {
+  ContactSolution solution = memory.solver->solve(step.g, step.guess);
+  step.p = std::move(solution.p), step.gap = std::move(solution.gap);
+  step.residual = solution.residual, step.fallback = solution.fallback;
+}
+
+// While the rows and what is closed stand, the bodies' own products, which are wanted in any case, tell the gaps: W is not read.
+bool solve_by_moves(ImpulseStep& step, const std::vector<ContactBody>& bodies, ImpulseMemory& memory) {
+  Vector p;
+  if (!memory.solver->standing_impulses(step.g, p)) return false;
+  memory.moves.push(step.list, step.laws, p, bodies);
+  step.gap = step.g;
+  memory.moves.add_to_gaps(step.list, step.laws, step.gap);
+  const double scale = step.g.lpNorm<Eigen::Infinity>(), violation = memory.solver->largest_violation(p, step.gap);
+  if (!(violation <= memory.options.tolerance * scale)) return false;
+  step.p = std::move(p);
+  step.residual = violation > 0 ? violation / scale : 0;
+  step.moved = true;
+  return true;
+}
+
+// For each point the old one with its key, or -1. Both lists are searched in the same order, so that most follow each other.
+std::vector<Index> match(const std::vector<PointKey>& keys, const std::vector<PointKey>& old) {
+  std::vector<Index> from(keys.size(), -1);
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    const auto begin = old.begin() + static_cast<std::ptrdiff_t>(next);
+    const auto found = std::find(begin, old.end(), keys[i]);
+    if (found == old.end()) continue;
+    next = static_cast<std::size_t>(found - old.begin());
+    from[i] = static_cast<Index>(next++);
+  }
+  return from;
+}
+
+// W_0 over the points of this step: rows of those that stay are kept, others formed, column by column.
+void change_points(const ImpulseStep& step, const std::vector<Index>& from, const std::vector<ContactBody>& bodies,
+                   ImpulseMemory& memory) {
+  const Matrix& old = memory.solver->W().dense;
+  const std::vector<Index> old_first = first_rows(memory.laws), first = first_rows(step.laws);
+  std::vector<Index> rows(static_cast<std::size_t>(first.back()), -1);
+  for (std::size_t i = 0; i < from.size(); ++i)
+    for (Index d = 0; from[i] >= 0 && d < n_rows(step.laws[i].law); ++d) rows[first[i] + d] = old_first[from[i]] + d;
+  const Index m = first.back();
+  GapResponse W;
+  W.dense.resize(m, m);
+  for (Index j = 0; j < m; ++j)
+    for (Index i = 0; rows[j] >= 0 && i < m; ++i)
+      if (rows[i] >= 0) W.dense(i, j) = old(rows[i], rows[j]);
+  Vector unit = Vector::Zero(m), column(m);
+  for (Index j = 0; j < m; ++j) {
+    if (rows[j] >= 0) continue;
+    unit[j] = 1;
+    memory.moves.push(step.list, step.laws, unit, bodies);
+    unit[j] = 0;
+    column.setZero();
+    memory.moves.add_to_gaps(step.list, step.laws, column);
+    W.dense.col(j) = column, W.dense.row(j) = column.transpose();
+  }
+  memory.defects.renumber(rows);
+  memory.solver->renumber(std::move(W), step.laws, from);
+  memory.rows = ContactList();  // of several steps
+  memory.laws = step.laws;
+  memory.keys = memory.new_keys;
+  ++memory.n_changed;
+}
+
+// Whether W_0 may serve: dense, regular, large enough, of about the same points; they are those of the step then.
+bool keep(const ImpulseStep& step, const std::vector<ContactBody>& bodies, ImpulseMemory& memory) {
+  if (memory.solver->W().is_sparse || step.g.size() < memory.options.least_rows || !step.g.allFinite()) return false;
+  // A solution is dearer than W then, with friction it ends short of what a correction needs, and rows of two geometries beside
+  // each other make no semi-definite W where it has no rank to spare
+  if (memory.solver->W_is_singular()) return false;
+  if (memory.wait > 0) {
+    --memory.wait;
+    return false;
+  }
+  const double dear = products_of_W + static_cast<double>(step.g.size()) / rows_of_a_product;
+  if (memory.extra > dear) return false;
+  fill_keys(step.list, step.laws, memory.new_keys);
+  if (memory.new_keys == memory.keys) return same_laws(step.laws, memory.laws);
+  const std::vector<Index> from = match(memory.new_keys, memory.keys);
+  const auto n_new = static_cast<double>(std::count(from.begin(), from.end(), Index{-1}));
+  if (n_new > most_new * static_cast<double>(from.size())) return false;
+  for (std::size_t i = 0; i < from.size(); ++i)
+    if (from[i] >= 0 && !same_laws({step.laws[i]}, {memory.laws[from[i]]})) return false;
+  change_points(step, from, bodies, memory);
+  return true;
+}
+
+bool has_friction(const std::vector<PointLaw>& laws) {
+  return std::any_of(laws.begin(), laws.end(), [](const PointLaw& law) { return law.law == ContactLaw::coulomb; });
+}
+
+// Impulses of W_0 with the defect that the model expects of them; `taken`: what was taken for it.
+ContactSolution solve_with_model(const ImpulseStep& step, const Vector& guess, double enough, ImpulseMemory& memory,
+                                 Vector& taken) {
+  ContactSolution solution;
+  memory.defects.predict(guess, taken);
+  Vector expected;
+  // With friction a solution is dearer than a product
+  const int most = memory.defects.empty() || has_friction(step.laws) ? 1 : most_solutions;
+  for (int i = 0; i < most; ++i) {
+    solution = memory.solver->solve(step.g + taken, i == 0 ? guess : solution.p, Effort::first_methods);
+    if (i + 1 == most || solution.fallback) break;
+    memory.defects.predict(solution.p, expected);
+    if ((expected - taken).lpNorm<Eigen::Infinity>() <= enough) break;
+    taken.swap(expected);
+  }
+  return solution;
+}
+
+// With g + defect the laws hold for W_0, with what p does to the bodies for W: until both are the same. False when that takes long.
+bool correct(ImpulseStep& step, const std::vector<ContactBody>& bodies, ImpulseMemory& memory) {
+  const double scale = step.g.size() > 0 ? step.g.lpNorm<Eigen::Infinity>() : 0;
+  const double aim = memory.options.tolerance * scale;
+  double last = HUGE_VAL, enough = std::max(0.3 * aim, 0.1 * memory.first_error * scale);
+  Vector guess = step.guess, taken;
+  for (int push = 1; push <= most_pushes; ++push) {
+    ContactSolution solution = solve_with_model(step, guess, enough, memory, taken);
+    if (solution.fallback || !(solution.residual < 1e-8)) break;
+    memory.moves.push(step.list, step.laws, solution.p, bodies);
+    ++memory.n_pushes;
+    step.gap = step.g;
+    memory.moves.add_to_gaps(step.list, step.laws, step.gap);
+    const Vector error = step.gap - solution.gap;  // (W - W_0) p - what was taken for it
+    const double violation = memory.solver->largest_violation(solution.p, step.gap), size = error.lpNorm<Eigen::Infinity>();
+    if (push == 1) memory.first_error = scale > 0 ? size / scale : 0;
+    const bool done = violation <= aim;
+    if (!done || push > 1 || size > aim) memory.defects.add(solution.p, taken + error);
+    if (done) {
+      step.p = std::move(solution.p);
+      step.residual = scale > 0 ? violation / scale : 0;
+      step.moved = true;
+      ++memory.n_steps;
+      memory.extra += push - 1;
+      memory.backoff = 1;
+      return true;
+    }
+    if (push > 1 && !(size < slowest_rate * last)) break;
+    last = size, enough = std::max(0.3 * aim, 0.1 * size);
+    guess = std::move(solution.p);
+  }
+  memory.wait = memory.backoff - 1;
+  memory.backoff = std::min(2 * memory.backoff, longest_wait);
+  return false;
+}
+
+// Without impulses no point closes: nothing has to be pushed, whatever W is.
+bool stays_apart(const ContactList& list, const std::vector<PointLaw>& laws) {
+  for (std::size_t i = 0; i < list.points.size(); ++i)
+    if (laws[i].law == ContactLaw::tied || !(list.points[i].gap[0] >= 0)) return false;
+  return true;
+}
+
+}  // namespace
+
+EnforcementResult enforce_impulse(const ContactList& list, const std::vector<PointLaw>& laws, const Points& guess, double h,
+                                  std::vector<ContactBody>& bodies, ImpulseMemory& memory) {
+  if (stays_apart(list, laws)) {
+    const Points none = Points::Zero(static_cast<Index>(laws.size()), 3);
+    return {none, unpack(pack(gaps(list), laws), laws), 0, false};
+  }
+  ImpulseStep step{list, laws, pack(gaps(list), laws), pack(guess, laws), {}, {}, 0, false, false};
+  const bool stands = memory.solver && memory.h == h;
+  if (stands && same_laws(laws, memory.laws) && same_rows(list, memory.rows, laws, same_row_tolerance)) {
+    if (!solve_by_moves(step, bodies, memory)) solve_exactly(step, memory);
+  } else if (!stands || !keep(step, bodies, memory) || !correct(step, bodies, memory)) {
+    form(step, h, bodies, memory);
+    solve_exactly(step, memory);
+  }
+  if (!step.moved) memory.moves.push(list, laws, step.p, bodies);
+  memory.moves.give(bodies);
+  EnforcementResult result{unpack(step.p, laws), unpack(step.gap, laws), step.residual, step.fallback};
+  spread_impulses(list, laws, result.p, bodies);
+  return result;
+}
+
+}  // namespace cbr

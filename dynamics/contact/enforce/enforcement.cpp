@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/contact/enforce/enforcement.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "common/linalg/eigen/eigenpairs.hpp"
+#include "dynamics/contact/response/packing.hpp"
+
+namespace cbr {
+namespace {
+
+EnforcementResult solve(ContactSolver& solver, const ContactList& list, const std::vector<PointLaw>& laws, const Points& guess) {
+  const ContactSolution solution = solver.solve(pack(gaps(list), laws), pack(guess, laws));
+  return {unpack(solution.p, laws), unpack(solution.gap, laws), solution.residual, solution.fallback};
+}
+
+// Largest eigenvalue by Lanczos, reorthogonalised; converged to round-off, so that it does not depend on the order of the points.
+double largest_eigenvalue(const GapResponse& W) {
+  const Index n = W.size(), most = std::min<Index>(n, 300);
+  Matrix Q(n, most);
+  Vector alpha = Vector::Zero(most), beta = Vector::Zero(most);
+  Vector q = Vector::LinSpaced(n, 1.0, 2.0);  // no symmetry to hide behind
+  for (Index i = 0; i < n; i += 2) q[i] = -0.7 * q[i];
+  q.normalize();
+  for (Index j = 0; j < most; ++j) {
+    Q.col(j) = q;
+    Vector w = apply(W, q);
+    alpha[j] = q.dot(w);
+    for (int pass = 0; pass < 2; ++pass) w -= Q.leftCols(j + 1) * (Q.leftCols(j + 1).transpose() * w);
+    beta[j] = w.norm();
+    const bool exhausted = !(beta[j] > 1e-14 * std::abs(alpha[0])) || j + 1 == most;
+    if (exhausted || j % 8 == 7) {
+      const RitzValue ritz = largest_ritz_value(alpha, beta, j + 1);
+      // From above: the residual bounds what is missing
+      if (exhausted || ritz.residual <= 1e-13 * ritz.value) return ritz.value + ritz.residual;
+    }
+    q = w / beta[j];
+  }
+  return 0;  // no rows
+}
+
+// s of s + 4 zeta sqrt(s) = share (4 - x^2), and from it spring and dashpot. What no impulse moves needs none.
+void fit_spring(double lambda, double h, double x, double damping, PenaltyMemory& memory) {
+  if (!(lambda > 0)) return;
+  const double root = std::sqrt(4 * damping * damping + penalty_share * (4 - x * x)) - 2 * damping, s = root * root;
+  const double k = s / (h * lambda);
+  memory.stiffness = memory.stiffness > 0 ? std::min(memory.stiffness, k) : k;
+  memory.dashpot = 2 * damping * std::sqrt(memory.stiffness * h / lambda);
+}
+
+// Of a node that answers forces at once: its velocity follows from them, and no impulse changes it by itself.
+bool is_static(const ContactList& list, const ContactPoint& point, const std::vector<ContactBody>& bodies) {
+  const auto first = list.terms.begin() + point.first_term;
+  return std::any_of(first, first + point.n_terms,
+                     [&](const ContactTerm& term) { return bodies[term.body].response.is_static(term.node); });
+}
+
+// Points that are closed or tied, between nodes with mass: those that got an impulse.
+std::vector<Index> points_to_settle(const ContactList& list, const std::vector<PointLaw>& laws, const Points& p,
+                                    const std::vector<ContactBody>& bodies) {
+  std::vector<Index> rows;
+  for (Index i = 0; i < p.rows(); ++i) {
+    const bool acts = laws[i].law == ContactLaw::tied ? !p.row(i).isZero(0) : p(i, 0) > 0;
+    if (acts && !is_static(list, list.points[i], bodies)) rows.push_back(i);
+  }
+  return rows;
+}
+
+// Some of the points, with their own terms and no others, so that lists of unlike points are unlike.
+ContactList points_of(const ContactList& list, const std::vector<Index>& rows) {
+  ContactList some;
+  for (const Index i : rows) {
+    ContactPoint point = list.points[i];
+    const auto first = list.terms.begin() + point.first_term;
+    point.first_term = static_cast<Index>(some.terms.size());
+    some.terms.insert(some.terms.end(), first, first + point.n_terms);
+    some.points.push_back(point);
+  }
+  return some;
+}
+
+}  // namespace
+
+Points settle_velocities(const ContactList& list, const std::vector<PointLaw>& laws, const Points& p, const Points& velocities,
+                         std::vector<ContactBody>& bodies, ImpulseMemory& memory) {
+  Points change = Points::Zero(p.rows(), 3);
+  const std::vector<Index> rows = points_to_settle(list, laws, p, bodies);
+  if (rows.empty()) return change;
+  ContactList closed = points_of(list, rows);
+  std::vector<PointLaw> closed_laws;
+  for (const Index i : rows) closed_laws.push_back(laws[i]);
+  if (!memory.solver || !same_laws(closed_laws, memory.laws) || !same_rows(closed, memory.rows, closed_laws, same_row_tolerance)) {
+    const auto swap_responses = [&] {
+      for (ContactBody& body : bodies) std::swap(body.response, body.velocity_response);
+    };
+    swap_responses();
+    memory.solver.emplace(gap_response(closed, closed_laws, bodies), closed_laws);
+    swap_responses();
+    memory.rows = std::move(closed), memory.laws = std::move(closed_laws);
+  }
+  const Vector packed_p = pack(p(rows, Eigen::all), memory.laws);
+  const Vector without = pack(velocities(rows, Eigen::all), memory.laws) - apply(memory.solver->W(), packed_p);
+  const ContactSolution solution = memory.solver->solve(without, packed_p);
+  if (!std::isfinite(solution.residual)) return Points::Constant(p.rows(), 3, solution.residual);
+  change(rows, Eigen::all) = unpack(solution.p - packed_p, memory.laws);
+  return change;
+}
+
+EnforcementResult enforce_penalty(const ContactList& list, const std::vector<PointLaw>& laws, double h, double x, double damping,
+                                  std::vector<ContactBody>& bodies, PenaltyMemory& memory, Points& elastic_slip) {
+  const Index m = static_cast<Index>(list.points.size());
+  if (m > memory.n_seen) {
+    const GapResponse W = gap_response(list, laws, bodies);
+    const double lambda = all_finite(W) ? largest_eigenvalue(W) : HUGE_VAL;
+    if (!std::isfinite(lambda)) return {Points::Zero(m, 3), gaps(list), HUGE_VAL};
+    fit_spring(lambda, h, x, damping, memory);
+    memory.n_seen = m;
+  }
+  EnforcementResult result{Points::Zero(m, 3),
+                           gaps(list)};  // gaps without this step's impulses: what may be behind a face at the end
+  const double k = memory.stiffness, c = memory.dashpot;
+  for (Index i = 0; i < m; ++i) {
+    const ContactPoint& point = list.points[i];
+    if (point.start_gap < 0) result.p(i, 0) = h * std::max(0.0, -k * point.start_gap - c * (point.gap[0] - point.start_gap) / h);
+    if (laws[i].law != ContactLaw::coulomb) continue;
+    // The spring with the slip of this step, as far as it is in the tangent plane, given way to the cone
+    Vector3 stretch = point.frame * elastic_slip.row(i).transpose();
+    stretch.tail<2>() += point.gap.tail<2>();
+    stretch[0] = 0;
+    const double pull = k * h * stretch.norm(), limit = laws[i].friction * result.p(i, 0);
+    if (pull > limit) stretch *= limit / pull;
+    result.p.row(i).tail<2>() = -k * h * stretch.tail<2>().transpose();
+    // What contact does to this step's slip is not yet in
+    stretch.tail<2>() -= point.gap.tail<2>();
+    elastic_slip.row(i) = (point.frame.transpose() * stretch).transpose();
+  }
+  spread_impulses(list, laws, result.p, bodies);
+  return result;
+}
+
+EnforcementResult enforce_nodal(const ContactList& list, const Points& guess, double h, const std::vector<Points>& masses,
+                                std::vector<ContactBody>& bodies) {
+  // S = h / m of each node and direction: the mass matrix by its row sums
+  std::vector<ContactBody> weighed(bodies.size());
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    const Eigen::Map<const Vector> m(masses[b].data(), masses[b].size());
+    weighed[b].response.diagonal = h * m.cwiseInverse();
+  }
+  const std::vector<PointLaw> laws(list.points.size());
+  ContactSolver solver(gap_response(list, laws, weighed), laws);
+  EnforcementResult result = solve(solver, list, laws, guess);
+  spread_impulses(list, laws, result.p, bodies);
+  return result;
+}
+
+}  // namespace cbr

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What contact keeps from step to step, for checkpoints (common/files/state_archive.hpp). Workspace that each step fills anew is left
+// out.
+#pragma once
+
+#include "common/files/state_archive.hpp"
+#include "dynamics/contact/enforce/enforcement.hpp"
+#include "dynamics/contact/search/detection.hpp"
+#include "dynamics/contact/surfaces/motion_bound.hpp"
+
+namespace cbr {
+
+void keep_state(StateArchive& archive, Box& box);
+void keep_state(StateArchive& archive, MotionBound& bound);
+void keep_state(StateArchive& archive, ContactTerm& term);
+void keep_state(StateArchive& archive, ContactPoint& point);
+void keep_state(StateArchive& archive, ContactList& list);
+void keep_state(StateArchive& archive, PointLaw& law);
+void keep_state(StateArchive& archive, PointKey& key);
+void keep_state(StateArchive& archive, GapResponse& W);
+void keep_state(StateArchive& archive, PairMemory& memory);
+void keep_state(StateArchive& archive, PenaltyMemory& memory);
+// W and what is factored of it as they are: both have come about step by step, and made anew they would differ in last digits.
+void keep_state(StateArchive& archive, ImpulseMemory& memory);
+// Without the responses, which are the bodies' to give.
+void keep_state(StateArchive& archive, ContactBody& body);
+
+}  // namespace cbr

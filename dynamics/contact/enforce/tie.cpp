@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/contact/enforce/tie.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "dynamics/contact/search/mortar.hpp"
+#include "dynamics/contact/surfaces/broad_phase.hpp"
+
+namespace cbr {
+namespace {
+
+constexpr double default_share = 0.05;
+
+struct Foot {
+  Index face = -1;
+  std::array<double, 4> weights{};
+  Vector3 offset = Vector3::Zero();
+  double distance = HUGE_VAL;
+};
+
+// The boxes of single points; of the faces, each grown by what a node may be away from it.
+void fill_boxes(const ContactSurface& slave, const Points& slave_positions, const ContactSurface& master,
+                const Points& master_positions, const Vector& reach, std::vector<Box>& nodes, std::vector<Box>& faces) {
+  for (const Index node : slave.nodes) {
+    const Vector3 x = slave_positions.row(node).transpose();
+    nodes.push_back({x, x});
+  }
+  for (Index f = 0; f < master.faces.rows(); ++f) {
+    Box box{Vector3::Constant(HUGE_VAL), Vector3::Constant(-HUGE_VAL)};
+    for (const Vector3& x : corners(master, f, master_positions))
+      box.lower = box.lower.cwiseMin(x), box.upper = box.upper.cwiseMax(x);
+    faces.push_back({box.lower.array() - reach[f], box.upper.array() + reach[f]});
+  }
+}
+
+Foot foot_on(const ContactSurface& master, Index face, const Points& positions, const Vector3& x) {
+  const FaceCorners at = corners(master, face, positions);
+  Foot foot;
+  foot.face = face;
+  foot.weights = project(at, is_triangle(master, face), x).weights;
+  foot.offset = x;
+  for (int a = 0; a < 4; ++a) foot.offset -= foot.weights[a] * at[a];
+  foot.distance = foot.offset.norm();
+  return foot;
+}
+
+void add_tie(const ContactSurface& slave, Index slot, const ContactSurface& master, const Foot& foot, ContactList& ties) {
+  ContactPoint point;
+  point.area = slave.areas[slot];
+  point.slot = slot, point.face = foot.face;
+  point.first_term = static_cast<Index>(ties.terms.size());
+  ties.terms.push_back({slave.body, slave.nodes[slot], 1});
+  for (int a = 0; a < 4; ++a)
+    if (foot.weights[a] != 0) ties.terms.push_back({master.body, master.faces(foot.face, a), -foot.weights[a]});
+  point.n_terms = static_cast<Index>(ties.terms.size()) - point.first_term;
+  ties.points.push_back(point);
+}
+
+void append(const std::vector<Vector3>& found, Points& offsets) {
+  const Index before = offsets.rows();
+  offsets.conservativeResize(before + static_cast<Index>(found.size()), 3);
+  for (std::size_t i = 0; i < found.size(); ++i) offsets.row(before + static_cast<Index>(i)) = found[i].transpose();
+}
+
+}  // namespace
+
+TieReport tie_surfaces(const ContactSurface& slave, const Points& slave_positions, const ContactSurface& master,
+                       const Points& master_positions, std::optional<double> tolerance, ContactList& ties, Points& offsets) {
+  const Vector reach = tolerance ? Vector::Constant(master.faces.rows(), *tolerance) : Vector(default_share * master.sizes);
+  std::vector<Box> nodes, faces;
+  fill_boxes(slave, slave_positions, master, master_positions, reach, nodes, faces);
+  BroadPhase grid;
+  find_candidates(nodes, faces, grid);
+  TieReport report;
+  std::vector<Vector3> found;
+  for (Index slot = 0; slot < static_cast<Index>(slave.nodes.size()); ++slot) {
+    Foot nearest;
+    for (Index k = grid.candidates.first[slot]; k < grid.candidates.first[slot + 1]; ++k) {
+      const Index face = grid.candidates.target[k];
+      const Foot foot = foot_on(master, face, master_positions, nodes[slot].lower);
+      if (foot.distance <= reach[face] && foot.distance < nearest.distance) nearest = foot;
+    }
+    if (nearest.face < 0) {
+      ++report.without_partner;
+      continue;
+    }
+    add_tie(slave, slot, master, nearest, ties);
+    found.push_back(nearest.offset);
+    report.largest_offset = std::max(report.largest_offset, nearest.distance);
+  }
+  append(found, offsets);
+  return report;
+}
+
+TieReport tie_mortar(const ContactSurface& slave, const Points& slave_positions, const ContactSurface& master,
+                     const Points& master_positions, const DetectionOptions& options, std::optional<double> tolerance,
+                     ContactList& ties, Points& offsets) {
+  ContactBody a, b;
+  a.start = a.end = slave_positions, b.start = b.end = master_positions;
+  PairMemory memory;
+  memory.lets_jump = true;
+  ContactList near;
+  detect_mortar(slave, a, master, b, true, options, memory, near);
+  TieReport report;
+  std::vector<Vector3> found;
+  for (ContactPoint point : near.points) {
+    const double distance = std::abs(point.start_gap + memory.offset[point.slot]);
+    if (distance > tolerance.value_or(default_share * master.size)) continue;
+    Vector3 r = Vector3::Zero();
+    const Index first = static_cast<Index>(ties.terms.size());
+    for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {
+      const ContactTerm& term = near.terms[t];
+      ties.terms.push_back(term);
+      r += term.coefficient * (term.body == slave.body ? a : b).start.row(term.node).transpose();
+    }
+    point.frame = Matrix3::Identity(), point.first_term = first;
+    ties.points.push_back(point);
+    found.push_back(r);
+    report.largest_offset = std::max(report.largest_offset, distance);
+  }
+  // Beside an edge a node may have two points; one that has none may be in those of its neighbours
+  std::set<Index> held;
+  for (const ContactTerm& term : ties.terms)
+    if (term.body == slave.body) held.insert(term.node);
+  report.without_partner = std::count_if(slave.nodes.begin(), slave.nodes.end(), [&](Index node) { return !held.count(node); });
+  append(found, offsets);
+  return report;
+}
+
+}  // namespace cbr

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What the impulses of a step do to the ends and gaps, by products with the bodies' own responses.
+#pragma once
+
+#include <vector>
+
+#include "dynamics/contact/response/response.hpp"
+#include "dynamics/contact/surfaces/contact_point.hpp"
+#include "dynamics/contact/surfaces/contact_surface.hpp"
+
+namespace cbr {
+
+class BodyMoves {
+ public:
+  // move(b) = S_b f_b of all bodies that the list has terms on, f = G^T p (`p`: rows of W, see first_rows). Bodies that share a
+  // response are answered in one pass over it.
+  void push(const ContactList& list, const std::vector<PointLaw>& laws, const Vector& p, const std::vector<ContactBody>& bodies);
+  // gap += G move, as rows of W.
+  void add_to_gaps(const ContactList& list, const std::vector<PointLaw>& laws, Vector& gap) const;
+  // Hands the moves to the bodies.
+  void give(std::vector<ContactBody>& bodies) const;
+  double bytes() const { return bytes_; }  // of dense responses, read so far
+
+ private:
+  struct OfBody {
+    Index body = 0;
+    Points force, move;  // scene axes
+    Vector still;        // of a thin response
+    bool answered = false;
+  };
+  OfBody& of(Index body) { return parts_[position_[body]]; }
+  void find_bodies(const ContactList& list, const std::vector<ContactBody>& bodies);
+  void respond(const std::vector<ContactBody>& bodies);
+  OfBody* partner_of(std::size_t a, const std::vector<ContactBody>& bodies);
+  void respond_together(OfBody& a, OfBody* b, const std::vector<ContactBody>& bodies);
+  void multiply_block(const Matrix& S);
+
+  std::vector<OfBody> parts_;  // the first n_parts_ are of this list
+  std::size_t n_parts_ = 0;
+  std::vector<std::size_t> position_;  // per contact body: in parts_
+  std::vector<Index> columns_;
+  Matrix given_, answer_, still_;  // in the axes of a response, a column for each body that shares it
+  ThinWork work_;
+  double bytes_ = 0;
+};
+
+}  // namespace cbr

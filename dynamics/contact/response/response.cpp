@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/contact/response/response.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+#include "common/app/program.hpp"
+#include "common/base/row_threads.hpp"
+#include "common/linalg/dense_factor.hpp"
+
+namespace cbr {
+namespace {
+
+// The columns of G that belong to a body, in the axes of its response: G_b   (m x 3 m_b)
+using RowMajorSparse = Eigen::SparseMatrix<double, Eigen::RowMajor, Index>;
+
+RowMajorSparse rows_of_body(const ContactList& list, const std::vector<PointLaw>& laws, Index m, Index body,
+                            const NodeResponse& S) {
+  std::vector<Eigen::Triplet<double, Index>> entries;
+  Index row = 0;
+  for (std::size_t i = 0; i < list.points.size(); ++i) {
+    const ContactPoint& point = list.points[i];
+    const Matrix3 frame = point.frame * S.axes;
+    for (int d = 0; d < n_rows(laws[i].law); ++d, ++row) {
+      for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {
+        const ContactTerm& term = list.terms[t];
+        if (term.body != body) continue;
+        for (int c = 0; c < 3; ++c)
+          if (frame(d, c) != 0) entries.emplace_back(row, 3 * term.node + c, term.coefficient * frame(d, c));
+      }
+    }
+  }
+  RowMajorSparse G(m, S.n_dofs());
+  G.setFromTriplets(entries.begin(), entries.end());
+  return G;
+}
+
+// From so many entries on a second thread gains more than it costs.
+constexpr Index threaded_entries = 200 * 200;
+
+// The lower triangle of W(at, at) += share G_b S_b G_b^T, over the `rows` of G_b that are not empty; `at` ascends. Threads take
+// columns in turn.
+void add_dense_block(const RowMajorSparse& G, const std::vector<Index>& rows, const Matrix& S, double share,
+                     const std::vector<Index>& at, Matrix& W) {
+  const Index r = static_cast<Index>(rows.size());
+  const int used = r * r < threaded_entries ? 1 : n_threads();
+  run_kept_threads(used, [&](int thread) {
+    Vector t(S.rows());
+    for (Index j = thread; j < r; j += used) {
+      // A column of S_b G_b^T   (3 m_b x r), by whole columns of S, while it is in the cache
+      t.setZero();
+      for (RowMajorSparse::InnerIterator it(G, rows[j]); it; ++it) t += share * it.value() * S.col(it.col());
+      double* column = W.col(at[j]).data();
+      for (Index i = j; i < r; ++i) {
+        double sum = 0;
+        for (RowMajorSparse::InnerIterator it(G, rows[i]); it; ++it) sum += it.value() * t[it.col()];
+        column[at[i]] += sum;
+      }
+    }
+  });
+}
+
+// The same of modes and static rows. X = A G_b^T (n x r), H = G_b B (r x s), of a few entries in each row:
+//   X^T C X + H F H^T / h   (r x r)
+void add_thin_block(const RowMajorSparse& G, const std::vector<Index>& rows, const ThinResponse& S, const std::vector<Index>& at,
+                    Matrix& W) {
+  const Index r = static_cast<Index>(rows.size());
+  Matrix X = Matrix::Zero(S.A->rows(), r);
+  std::vector<Eigen::Triplet<double, Index>> entries;
+  for (Index j = 0; j < r; ++j) {
+    for (RowMajorSparse::InnerIterator it(G, rows[j]); it; ++it) {
+      X.col(j) += it.value() * S.A->col(it.col());
+      const Index node = it.col() / 3, c = it.col() % 3;
+      for (Index i = S.rows->first[node]; i < S.rows->first[node + 1]; ++i)
+        if (S.rows->direction(i, c) != 0) entries.emplace_back(rows[j], i, it.value() * S.rows->direction(i, c));
+    }
+  }
+  RowMajorSparse H(G.rows(), S.rows->size());
+  H.setFromTriplets(entries.begin(), entries.end());
+  add_dense_block(H, rows, *S.rows->F, 1 / S.h, at, W);
+  if (X.rows() == 0) return;
+  // By panels of columns, from the diagonal on
+  constexpr Index width = 128;
+  const Matrix CX = S.C * X;
+  Matrix panel;
+  for (Index j = 0; j < r; j += width) {
+    const Index n = std::min(width, r - j);
+    panel.noalias() = X.rightCols(r - j).transpose() * CX.middleCols(j, n);
+    for (Index k = 0; k < n; ++k)
+      for (Index i = j + k; i < r; ++i) W(at[i], at[j + k]) += panel(i - j, k);
+  }
+}
+
+std::vector<Index> rows_in_use(const RowMajorSparse& G) {
+  std::vector<Index> rows;
+  for (Index row = 0; row < G.rows(); ++row)
+    if (G.outerIndexPtr()[row + 1] > G.outerIndexPtr()[row]) rows.push_back(row);
+  return rows;
+}
+
+// A body with its rows of G.
+struct BodyRows {
+  const NodeResponse* response = nullptr;
+  RowMajorSparse G;
+  std::vector<Index> rows;
+};
+
+// The lower triangle of W(at, at) += G_b S_b G_b^T of a body that does not answer node by node, over its rows.
+void add_block(const BodyRows& part, const std::vector<Index>& at, Matrix& W) {
+  if (part.response->thin) {
+    add_thin_block(part.G, part.rows, *part.response->thin, at, W);
+  } else {
+    add_dense_block(part.G, part.rows, *part.response->block, 1, at, W);
+  }
+}
+
+// G_b S_b G_b^T   (m x m)
+SparseMatrix sparse_block(const BodyRows& part) {
+  const Index m = part.G.rows(), r = static_cast<Index>(part.rows.size());
+  if (part.response->is_diagonal()) {
+    const RowMajorSparse GS = part.G * part.response->diagonal.asDiagonal();
+    return GS * part.G.transpose();
+  }
+  std::vector<Index> at(part.rows.size());
+  std::iota(at.begin(), at.end(), Index{0});
+  Matrix block = Matrix::Zero(r, r);
+  add_block(part, at, block);
+  mirror_lower(block);
+  std::vector<Eigen::Triplet<double, Index>> entries;
+  entries.reserve(static_cast<std::size_t>(r * r));
+  for (Index j = 0; j < r; ++j)
+    for (Index i = 0; i < r; ++i) entries.emplace_back(part.rows[i], part.rows[j], block(i, j));
+  SparseMatrix W(m, m);
+  W.setFromTriplets(entries.begin(), entries.end());
+  return W;
+}
+
+// Many rows of which few answer to each other: lumped meshes, or many bodies in a chain.
+bool is_sparse(const std::vector<BodyRows>& bodies, Index m) {
+  double filled = 0;
+  for (const BodyRows& body : bodies)
+    if (!body.response->is_diagonal()) filled += static_cast<double>(body.rows.size()) * static_cast<double>(body.rows.size());
+  return m > 300 && filled < 0.25 * static_cast<double>(m) * static_cast<double>(m);
+}
+
+}  // namespace
+
+bool all_finite(const GapResponse& W) {
+  if (!W.is_sparse) return W.dense.allFinite();
+  return Eigen::Map<const Vector>(W.sparse.valuePtr(), W.sparse.nonZeros()).allFinite();
+}
+
+Vector apply(const GapResponse& W, const Vector& p) {
+  if (W.is_sparse) return W.sparse * p;
+  return W.dense * p;
+}
+
+std::vector<Index> first_rows(const std::vector<PointLaw>& laws) {
+  std::vector<Index> first(laws.size() + 1, 0);
+  for (std::size_t i = 0; i < laws.size(); ++i) first[i + 1] = first[i] + n_rows(laws[i].law);
+  return first;
+}
+
+GapResponse gap_response(const ContactList& list, const std::vector<PointLaw>& laws, const std::vector<ContactBody>& bodies) {
+  const Index m = first_rows(laws).back();
+  std::vector<Index> used;
+  for (const ContactTerm& term : list.terms)
+    if (used.empty() || used.back() != term.body) used.push_back(term.body);
+  std::sort(used.begin(), used.end());
+  used.erase(std::unique(used.begin(), used.end()), used.end());
+  std::vector<BodyRows> parts;
+  for (const Index b : used) {
+    const NodeResponse& S = bodies[b].response;
+    RowMajorSparse G = rows_of_body(list, laws, m, b, S);
+    std::vector<Index> rows = rows_in_use(G);
+    parts.push_back({&S, std::move(G), std::move(rows)});
+  }
+  GapResponse W;
+  W.is_sparse = is_sparse(parts, m);
+  if (W.is_sparse) {
+    W.sparse.resize(m, m);
+    for (const BodyRows& part : parts) W.sparse += sparse_block(part);
+    return W;
+  }
+  W.dense.setZero(m, m);
+  for (const BodyRows& part : parts) {
+    if (part.response->is_diagonal()) {
+      W.dense += sparse_block(part);
+    } else {
+      add_block(part, part.rows, W.dense);
+    }
+  }
+  mirror_lower(W.dense);
+  return W;
+}
+
+void spread_impulses(const ContactList& list, const std::vector<PointLaw>& laws, const Points& p,
+                     std::vector<ContactBody>& bodies) {
+  for (std::size_t i = 0; i < list.points.size(); ++i) {
+    const ContactPoint& point = list.points[i];
+    const auto of = p.row(static_cast<Index>(i));
+    if (of.isZero(0)) continue;
+    const bool tied = laws[i].law == ContactLaw::tied;
+    const Vector3 normal = tied ? Vector3(point.frame.transpose() * of.transpose()) : Vector3(of[0] * point.normal());
+    const Vector3 tangential = point.frame.bottomRows<2>().transpose() * of.tail<2>().transpose();
+    for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {
+      const ContactTerm& term = list.terms[t];
+      bodies[term.body].impulses.row(term.node) += term.coefficient * normal.transpose();
+      if (laws[i].law == ContactLaw::coulomb)
+        bodies[term.body].friction.row(term.node) += term.coefficient * tangential.transpose();
+    }
+  }
+}
+
+bool same_rows(const ContactList& a, const ContactList& b, const std::vector<PointLaw>& laws, double tolerance) {
+  if (a.points.size() != b.points.size() || a.terms.size() != b.terms.size()) return false;
+  for (std::size_t t = 0; t < a.terms.size(); ++t) {
+    const ContactTerm &x = a.terms[t], &y = b.terms[t];
+    if (x.body != y.body || x.node != y.node || std::abs(x.coefficient - y.coefficient) > tolerance) return false;
+  }
+  for (std::size_t i = 0; i < a.points.size(); ++i) {
+    const ContactPoint &x = a.points[i], &y = b.points[i];
+    const Index n = n_rows(laws[i].law);
+    if (x.n_terms != y.n_terms || (x.frame - y.frame).topRows(n).cwiseAbs().maxCoeff() > tolerance) return false;
+  }
+  return true;
+}
+
+}  // namespace cbr

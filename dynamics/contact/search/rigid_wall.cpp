@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/contact/search/rigid_wall.hpp"
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+
+namespace cbr {
+namespace {
+
+using Kind = WallOptions::Kind;
+
+// From the sphere's centre, or straight from the cylinder's axis, to x.
+Vector3 radial(const WallOptions& wall, const Vector3& x) {
+  const Vector3 d = x - wall.point;
+  return wall.kind == Kind::cylinder ? Vector3(d - d.dot(wall.direction) * wall.direction) : d;
+}
+
+// Where the nodes can be after t, as a bound for the time from there on.
+MotionBound later(const MotionBound& bound, double t) {
+  const Vector3 spread = bound.growth * t + bound.acceleration * (0.5 * t * t);
+  MotionBound b = bound;
+  b.lower += bound.lower_speed * t - spread, b.upper += bound.upper_speed * t + spread;
+  b.growth += bound.acceleration * t;
+  return b;
+}
+
+// First time at which gap + speed t - growth t - acceleration t^2 / 2 reaches 0.
+double first_root(double gap, double speed, double growth, double acceleration) {
+  if (!(gap > 0)) return 0;
+  const double closing = growth - speed;
+  if (!(acceleration > 0)) return closing > 0 ? gap / closing : HUGE_VAL;
+  return 2 * gap / (closing + std::sqrt(closing * closing + 2 * acceleration * gap));
+}
+
+// How long all nodes are beyond the plane direction . x = level.
+double time_beyond(const MotionBound& b, const Vector3& direction, double level) {
+  double gap = -level, speed = 0, growth = 0, acceleration = 0;
+  for (int c = 0; c < 3; ++c) {
+    const double d = direction[c];
+    gap += d * (d > 0 ? b.lower[c] : b.upper[c]), speed += d * (d > 0 ? b.lower_speed[c] : b.upper_speed[c]);
+    growth += std::abs(d) * b.growth[c], acceleration += std::abs(d) * b.acceleration[c];
+  }
+  return first_root(gap, speed, growth, acceleration);
+}
+
+// The shortest radial vector within the box: a convex problem, by coordinates (one sweep for a sphere).
+Vector3 nearest_radial(const WallOptions& wall, const Vector3& lower, const Vector3& upper) {
+  Vector3 x = 0.5 * (lower + upper);
+  for (int sweep = 0; sweep < 20; ++sweep) {
+    const Vector3 before = x;
+    for (int c = 0; c < 3; ++c) {
+      const double h = wall.kind == Kind::cylinder ? 1 - wall.direction[c] * wall.direction[c] : 1;
+      if (h > 1e-12) x[c] = std::clamp(x[c] - radial(wall, x)[c] / h, lower[c], upper[c]);
+    }
+    if ((x - before).cwiseAbs().maxCoeff() <= 1e-9 * (upper - lower).maxCoeff()) break;
+  }
+  return radial(wall, x);
+}
+
+double farthest_radius(const WallOptions& wall, const Vector3& lower, const Vector3& upper) {
+  double farthest = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vector3 x(corner & 1 ? upper[0] : lower[0], corner & 2 ? upper[1] : lower[1], corner & 4 ? upper[2] : lower[2]);
+    farthest = std::max(farthest, radial(wall, x).norm());
+  }
+  return farthest;
+}
+
+// A plane between the nodes and the wall as the nodes are now holds for a while.
+double time_outside(const WallOptions& wall, const MotionBound& b, double margin) {
+  const Vector3 r = nearest_radial(wall, b.lower, b.upper);
+  const double distance = r.norm();
+  if (!(distance > wall.radius + margin)) return 0;
+  const Vector3 direction = r / distance;
+  return time_beyond(b, direction, direction.dot(wall.point) + wall.radius + margin);
+}
+
+// As long as the box that the nodes sweep is inside; it is bounded by its two ends, as the bounds are convex in time.
+double time_inside(const WallOptions& wall, const MotionBound& b, double margin) {
+  const auto is_free = [&](double t) {
+    const MotionBound end = later(b, t);
+    return farthest_radius(wall, b.lower.cwiseMin(end.lower), b.upper.cwiseMax(end.upper)) < wall.radius - margin;
+  };
+  if (!is_free(0)) return 0;
+  const double speed = std::max(b.lower_speed.cwiseAbs().maxCoeff(), b.upper_speed.cwiseAbs().maxCoeff()) + b.growth.maxCoeff();
+  double low = 0, high = HUGE_VAL;  // the nodes cannot be farther from each other than this
+  const double way = 2 * wall.radius + margin;
+  if (speed > 0) high = way / speed;
+  if (b.acceleration.maxCoeff() > 0) high = std::min(high, std::sqrt(2 * way / b.acceleration.maxCoeff()));
+  if (!std::isfinite(high) || is_free(high)) return high;
+  for (int halving = 0; halving < 20; ++halving) {
+    const double middle = 0.5 * (low + high);
+    (is_free(middle) ? low : high) = middle;
+  }
+  return low;
+}
+
+}  // namespace
+
+RigidWall::RigidWall(const WallOptions& options) : options_(options) { options_.direction = options.direction.stableNormalized(); }
+
+double RigidWall::distance(const Vector3& x) const {
+  if (options_.kind == Kind::plane) return options_.direction.dot(x - options_.point);
+  const double beyond = radial(options_, x).norm() - options_.radius;
+  return options_.inside ? -beyond : beyond;
+}
+
+Vector3 RigidWall::normal(const Vector3& x) const {
+  if (options_.kind == Kind::plane) return options_.direction;
+  Vector3 r = radial(options_, x);
+  if (!(r.norm() > 1e-14 * options_.radius))
+    r = options_.kind == Kind::cylinder ? options_.direction.unitOrthogonal() : Vector3(Vector3::UnitZ());
+  return (options_.inside ? -1.0 : 1.0) * r.normalized();
+}
+
+double RigidWall::time_apart(const MotionBound& bound, double margin) const {
+  if (options_.kind == Kind::plane) return time_beyond(bound, options_.direction, options_.direction.dot(options_.point) + margin);
+  double t = 0;
+  // What holds for a while is looked at anew from there
+  for (int advance = 0; advance < 12; ++advance) {
+    const MotionBound b = later(bound, t);
+    const double more = options_.inside ? time_inside(options_, b, margin) : time_outside(options_, b, margin);
+    t += more;
+    if (!std::isfinite(t) || more <= 1e-3 * t) break;
+  }
+  return t;
+}
+
+Vector3 RigidWall::entry(const Vector3& x0, const Vector3& x1) const {
+  if (options_.kind == Kind::plane || options_.inside) return x1;
+  if (distance(x0) <= 0) return x0;
+  // |r0 + t d| = R
+  const Vector3 r0 = radial(options_, x0), d = radial(options_, x1) - r0;
+  const double a = d.squaredNorm(), b = r0.dot(d), c = r0.squaredNorm() - options_.radius * options_.radius;
+  const double discriminant = b * b - a * c;
+  if (b >= 0 || discriminant < 0) return x1;
+  const double t = c / (-b + std::sqrt(discriminant));
+  return t < 1 ? Vector3(x0 + t * (x1 - x0)) : x1;
+}
+
+void detect_wall(const ContactSurface& slave, const ContactBody& slave_body, const RigidWall& wall, bool initial,
+                 PairMemory& memory, ContactList& list) {
+  const Index n = static_cast<Index>(slave.nodes.size());
+  start_memory(n, memory);
+  if (std::isfinite(slave_body.longest_way)) {
+    const Vector3 still = Vector3::Zero();
+    const MotionBound swept{slave_body.swept.lower, slave_body.swept.upper, still, still, still, still};
+    if (wall.time_apart(swept, contact_reach(slave.size, slave_body.longest_way, initial, memory)) > 0) return forget(memory);
+  }
+  double way2 = 0;
+  for (const Index node : slave.nodes) way2 = std::max(way2, (slave_body.end.row(node) - slave_body.start.row(node)).squaredNorm());
+  const double reach = contact_reach(slave.size, std::sqrt(way2), initial, memory);
+  for (Index slot = 0; slot < n; ++slot) {
+    const Vector3 x0 = slave_body.start.row(slave.nodes[slot]).transpose(), x1 = slave_body.end.row(slave.nodes[slot]).transpose();
+    const double start = wall.distance(x0);
+    double end = wall.distance(x1);
+    Vector3 normal = wall.normal(x1);
+    const Vector3 entry = wall.entry(x0, x1), entry_normal = wall.normal(entry), start_normal = wall.normal(x0);
+    if (entry_normal.dot(normal) < same_side) {
+      normal = entry_normal;
+      end = wall.distance(entry) + normal.dot(x1 - entry);
+    } else if (memory.face[slot] >= 0 && start_normal.dot(normal) >= same_side) {
+      normal = start_normal;  // as for a node that touches a face, see detect()
+      end = start + normal.dot(x1 - x0);
+    }
+    if (end > reach) continue;
+    if (initial || (memory.face[slot] < 0 && start < 0)) keep_overlap(slot, start, initial, memory);
+    ContactPoint point;
+    point.frame = contact_frame(normal);
+    point.gap[0] = end - memory.offset[slot];
+    point.start_gap = start - memory.offset[slot];
+    point.area = facing_area(slave, slot, point.normal());
+    point.slot = slot;
+    point.first_term = static_cast<Index>(list.terms.size()), point.n_terms = 1;
+    list.terms.push_back({slave.body, slave.nodes[slot], 1});
+    list.points.push_back(point);
+  }
+}
+
+}  // namespace cbr

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// W over the points that are closed or were lately: what a Krylov method reads in every product.
+#pragma once
+
+#include <vector>
+
+#include "dynamics/contact/laws/contact_laws.hpp"
+
+namespace cbr {
+
+using FloatVector = Eigen::VectorXf;
+
+// A part of a dense W in single precision, scaled to s W s with one s = 1 / sqrt(w) for each point: the rows and columns of
+// `points`, one triangle packed row by row, and beside it the normal rows of all points. Points are added at the end.
+class ClosedResponse {
+ public:
+  // Of this problem, no point yet.
+  void begin(const ContactProblem& problem);
+  bool of(const ContactProblem& problem) const { return position_.size() == problem.laws.size(); }
+  // w > 0 at this point.
+  void add(const ContactProblem& problem, Index point);
+  // Drops points; `kept` has an entry for each point of the problem.
+  void keep(const std::vector<char>& kept);
+
+  const std::vector<Index>& points() const { return points_; }  // in the order of their rows
+  Index n_rows() const { return static_cast<Index>(row_.size()); }
+  Index first_row(Index point) const { return position_[point]; }  // here; -1: not among the points
+  const std::vector<Index>& rows() const { return row_; }          // of W, for each row here
+  double scale(Index row) const { return scale_[row]; }            // s, for each row here
+
+  // y = s W s x   (n_rows())
+  void product(const FloatVector& x, FloatVector& y) const;
+  // y = s W_n s x over the normal rows of all points (0 where w = 0)
+  void normal_product(const FloatVector& x, FloatVector& y) const;
+  // Entry of s W s, i and j rows here.
+  float entry(Index i, Index j) const { return i == j ? diagonal_[i] : i > j ? lower_[start_[i] + j] : lower_[start_[j] + i]; }
+  double point_scale(Index point) const { return point_scale_[point]; }  // s of any point; 0 where w = 0
+
+ private:
+  void add_rows(std::size_t begin, std::size_t past, float* y) const;
+
+  std::vector<Index> points_, position_, row_, start_;
+  std::vector<double> scale_, point_scale_;
+  std::vector<float> lower_;     // left of the diagonal, rows padded with zeros
+  std::vector<float> diagonal_;  // n_rows()
+  std::vector<float> normals_;   // for each row here, the normal rows of all points, padded
+  Index normal_stride_ = 0;
+  mutable std::vector<float> x_, y_, below_;
+};
+
+}  // namespace cbr

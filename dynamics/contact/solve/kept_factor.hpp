@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The Cholesky factor of a dense W over the rows in contact, adapted where a few rows come or go.
+#pragma once
+
+#include <vector>
+
+#include "common/base/types.hpp"
+
+namespace cbr {
+
+class StateArchive;
+
+// W_AA p_A = b over a set A of rows, W scaled to a unit diagonal. The factor L L^T is of a set F; rows of A that are not in F are
+// appended to it, and of those of F that are not in A p is held at 0: with X = L^-1 E_removed, p = L^-T (I - X (X^T X)^-1 X^T) L^-1
+// b.
+class KeptFactor {
+ public:
+  // Makes it the factor of `rows` (ascending): by changes of what is there when these are fewer than a new one costs, see
+  // docs/decisions/contact-solver.md. False, and empty, when W over the rows is singular to round-off.
+  bool adapt(const Matrix& W, const std::vector<Index>& rows);
+  // Whether adapt() would not need a new factor.
+  bool is_near(const std::vector<Index>& rows) const;
+  // b, p: entries go with the rows of the last adapt().
+  void solve(const Vector& b, Vector& p) const;
+  // Row i of the new W was row from[i] of the old one (with the same entries), or is new: -1.
+  void renumber(const std::vector<Index>& from);
+  void keep_state(StateArchive& archive);
+  void clear();
+  bool empty() const { return n_ == 0; }
+  Index n_factored() const { return n_factored_; }  // new factors so far
+
+ private:
+  struct Change {
+    std::vector<Index> added, removed, returned;  // rows; positions; positions
+  };
+  Change change(const std::vector<Index>& rows) const;
+  bool is_small(const Change& change) const;
+  bool factor(const Matrix& W, const std::vector<Index>& rows);
+  bool append(const Matrix& W, const std::vector<Index>& rows);
+  bool remove(const Change& change);
+  void place(const std::vector<Index>& rows);
+
+  Index n_ = 0;                   // rows of the factor
+  Matrix L_;                      // capacity x capacity, the leading n x n lower triangle in use
+  std::vector<Index> row_;        // of W, per position in the factor; -1: W has it no longer
+  Vector scale_;                  // per position
+  std::vector<Index> removed_;    // positions
+  Matrix X_;                      // n x removed: L^-1 E_removed
+  Matrix gram_;                   // removed x removed: X^T X, then its factor (lower)
+  std::vector<Index> positions_;  // of the rows of the last adapt()
+  double pivot_ = 0;              // smallest
+  Index n_factored_ = 0;
+  mutable Vector y_, small_;
+};
+
+}  // namespace cbr

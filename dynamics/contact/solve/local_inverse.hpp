@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A sparse stand-in for the inverse of a Newton step's matrix, from each unknown's neighbours.
+#pragma once
+
+#include <vector>
+
+#include "dynamics/contact/solve/closed_unknowns.hpp"
+
+namespace cbr {
+
+class StateArchive;
+
+// For each point the points whose normal gaps answer most to its normal impulse (each scaled by the root of its W_ii), best first:
+// on a face those that are nearest.
+class Neighbours {
+ public:
+  Neighbours() = default;
+  explicit Neighbours(const ContactProblem& problem);
+  static constexpr Index most = 40;
+  const std::vector<Index>& of(Index point) const { return nearest_[point]; }
+  Index n_points() const { return static_cast<Index>(nearest_.size()); }
+  void keep_state(StateArchive& archive);
+
+ private:
+  std::vector<std::vector<Index>> nearest_;
+};
+
+// G^T G ~ (R^T W R + diag(alpha))^-1, G lower triangular: row i has the unknowns of i's point and of its nearest earlier points,
+// normals and tangents apart, and is the last row of the inverse of their block's Cholesky factor (Kolotilina, Yeremin 1993, doi
+// 10.1137/0614004). A static compliance falls off like 1 / distance, its inverse like 1 / distance^3, so a few neighbours do.
+class LocalInverse {
+ public:
+  void build(const ClosedResponse& closed, const ClosedUnknowns& unknowns, const Neighbours& neighbours);
+  void apply(FloatVector& x) const;  // x := G^T G x
+
+ private:
+  void add_row(const ClosedResponse& closed, const ClosedUnknowns& unknowns);
+
+  std::vector<Index> start_, column_, block_;
+  std::vector<float> value_;
+  mutable FloatVector y_;
+};
+
+}  // namespace cbr

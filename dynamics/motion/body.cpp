@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/motion/body.hpp"
+
+#include <cassert>
+
+#include <algorithm>
+
+#include "common/base/error.hpp"
+
+namespace cbr {
+
+double history_value(const History& history, double t) {
+  if (history.time.empty()) return 1;
+  if (t <= history.time.front()) return history.value.front();
+  if (t >= history.time.back()) return history.value.back();
+  const auto after = std::upper_bound(history.time.begin(), history.time.end(), t) - history.time.begin();
+  const double t0 = history.time[after - 1], t1 = history.time[after];
+  return history.value[after - 1] + (history.value[after] - history.value[after - 1]) * (t - t0) / (t1 - t0);
+}
+
+void Body::add_answered_impulses(Index set, const Points& contact, const Points& friction, const Points&, const Vector&) {
+  if (!contact.isZero(0)) add_impulses(set, contact, ImpulseKind::contact);
+  if (!friction.isZero(0)) add_impulses(set, friction, ImpulseKind::friction);
+}
+
+namespace {
+[[noreturn]] void refuse_statics(const std::string& name) {
+  throw InputError("instance '" + name + "': statics (time.static, time.preload) cannot be had of it");
+}
+}  // namespace
+
+void Body::relax(const Rest&) { refuse_statics(name()); }
+NodeResponse Body::static_response(Index, double) const { refuse_statics(name()); }
+void Body::add_static_forces(Index, const Points&, ImpulseKind) { refuse_statics(name()); }
+Settled Body::settle() { refuse_statics(name()); }
+void Body::end_load_step() { refuse_statics(name()); }
+void Body::start_motion(double) { refuse_statics(name()); }
+
+void Body::end_velocities(Index, Points&) { assert(false && "only bodies under newmark have them"); }
+
+void Body::add_modal_force(const Vector&, const LoadHistory&) {
+  throw InputError(
+      "instance '" + name() +
+      "': a load on faces inside the part acts on superelements of basis craig-bampton without mass_scaling only: take "
+      "the faces into the interface");
+}
+
+void Body::damp(const Damping&) {
+  throw InputError("instance '" + name() +
+                   "': damping cannot be had with time.mass_scaling: leave one of the two out");
+}
+
+void Body::turn(const Points&, Points&, Points&) const {}
+
+void Body::scale(double) { assert(false && "only where can_scale()"); }
+
+NodeResponse Body::velocity_response(Index) const {
+  assert(false && "only bodies under newmark have it");
+  return {};
+}
+
+void Body::add_end_impulses(Index, const Points&, ImpulseKind) { assert(false && "only bodies under newmark take them"); }
+
+}  // namespace cbr

@@ -1,0 +1,305 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// How a coupled body is advanced.
+#include "dynamics/motion/coupled/coupled_body.hpp"
+
+#include <cassert>
+#include <utility>
+
+#include "common/linalg/dense.hpp"
+
+namespace cbr {
+
+CoupledBody::CoupledBody(std::string name, std::shared_ptr<CoupledSystem> system, const Placement& placement, Scheme scheme,
+                         const NewmarkOptions& newmark)
+    : name_(std::move(name)), system_(std::move(system)), placement_(placement), scheme_(scheme), newmark_(newmark) {
+  assert(scheme_ != Scheme::exact);
+  X_ = (system_->model().coordinates * placement_.T.transpose()).rowwise() + placement_.position.transpose();
+  for (Vector* x : {&u_, &u_end_, &p_end_, &kick_, &work_vector_, &Ku_, &v_now_}) x->setZero(system_->n());
+  // The rigid motion, or its projection when directions are held.
+  p_.noalias() = system_->rigid_momentum().leftCols(3) * (placement_.T.transpose() * placement_.velocity);
+  system_->drop_held(p_);
+  if (scheme_ == Scheme::central_difference) {
+    v_ = p_;
+    system_->factor(0).solve(v_);
+    v_end_ = velocity_kick_ = v_;
+  } else {
+    for (Vector* x : {&move_, &F_, &Ma_, &f0_, &f1_}) x->setZero(system_->n());
+    if (newmark_.alpha != 0)
+      for (Vector* x : {&a_, &last_change_of_Ku_, &last_change_of_f_}) x->setZero(system_->n());
+  }
+}
+
+void CoupledBody::load(double t, Vector& f) const {
+  f.setZero();
+  for (const Load& load : loads_) f += load.history.value(t) * load.force;
+}
+
+const Vector& CoupledBody::stiffness_force() const {
+  if (!Ku_is_current_) {
+    system_->multiply_stiffness(u_, Ku_);
+    system_->drop_held(Ku_);
+  }
+  Ku_is_current_ = true;
+  return Ku_;
+}
+
+void CoupledBody::predict(double t, double h) {
+  t_ = t, h_ = h;
+  kicks_.clear();
+  kicked_ = velocity_kicked_ = false;
+  if (scheme_ == Scheme::central_difference) {
+    predict_central(h);
+  } else {
+    predict_newmark(h);
+  }
+}
+
+// Leapfrog: p+ = p- + (h- + h)/2 (f - K u), u+ = u + h M^-1 p+. At the start p- is half a step before t = 0.
+void CoupledBody::predict_central(double h) {
+  Vector& F = work_vector_;
+  if (loads_.empty()) {
+    F = -stiffness_force();
+  } else {
+    load(t_, F);
+    F -= stiffness_force();
+  }
+  if (last_h_ == 0 && !is_damped()) {
+    // The half kick back is booked as work of the loads, so that the energy balance starts from the given velocity.
+    v_end_ = F;
+    system_->factor(0).solve(v_end_);
+    work_.external += 0.5 * h * F.dot(0.25 * h * v_end_ - v_);
+    p_ -= 0.5 * h * F;
+    v_ -= 0.5 * h * v_end_;
+    last_h_ = h;
+  }
+  if (is_damped()) return predict_central_damped();
+  p_end_ = p_ + 0.5 * (last_h_ + h) * F;
+  v_end_ = p_end_;
+  system_->factor(0).solve(v_end_);
+  u_end_ = u_ + h * v_end_;
+}
+
+// Of the move d = u_1 - u_0, with M a_1 = e - (1 + alpha) K d and e = (1 + alpha) f_1 - alpha f_0 - K u_0:
+//   (M + theta K) d = h p_0 + h^2 ((1/2 - beta) M a_0 + beta e).
+// The small move, not the end, is solved for: stiff modes then lose no digits.
+void CoupledBody::predict_newmark(double h) {
+  if (is_damped()) return predict_newmark_damped(h);
+  const double alpha = newmark_.alpha, beta = newmark_.beta();
+  if (!started_) {
+    load(t_, f0_);
+    F_ = f0_ - stiffness_force();
+    Ma_ = F_;
+    if (alpha != 0) {
+      a_ = Ma_;
+      system_->factor(0).solve(a_);
+      a0_Ma0_ = a_.dot(Ma_);
+    }
+    started_ = true;
+  }
+  move_ = h * p_ + h * h * ((0.5 - beta) * Ma_ - beta * stiffness_force());
+  if (!loads_.empty()) {
+    load(t_ + h, f1_);
+    move_ += (h * h * beta) * ((1 + alpha) * f1_ - alpha * f0_);
+  }
+  system_->factor(theta(h)).solve(move_);
+  u_end_ = u_ + move_;
+}
+
+void CoupledBody::add_impulses(Index set, const Points& impulses, ImpulseKind kind) {
+  const auto& nodes = sets_[set];
+  Vector& dp = work_vector_;
+  dp.setZero();
+  bool any = false;
+  for (Index i = 0; i < impulses.rows(); ++i) {
+    if (impulses.row(i).isZero(0)) continue;
+    any = true;
+    const Vector3 p = placement_.T.transpose() * impulses.row(i).transpose();
+    kicks_.push_back({nodes[i], p, kind});
+    dp.segment<3>(system_->n_modal() + 3 * nodes[i]) += p;
+  }
+  if (!any) return;
+  system_->drop_held(dp);
+  if (!kicked_) kick_.setZero();
+  kick_ += dp;
+  kicked_ = true;
+  system_->factor(theta(h_)).solve(dp);
+  if (is_damped()) dp /= mass_factor(h_);
+  if (scheme_ == Scheme::central_difference) {
+    v_end_ += dp;
+    u_end_ += h_ * dp;
+  } else {
+    move_ += 0.5 * h_ * dp;
+    u_end_ = u_ + move_;
+  }
+}
+
+Vector3 CoupledBody::add_velocities(Index set, const Points& velocities, const Vector3& momentum) {
+  assert(scheme_ == Scheme::central_difference && !is_damped());
+  const auto& nodes = sets_[set];
+  const Index n_modal = system_->n_modal();
+  const auto MR = system_->rigid_momentum().leftCols(3);
+  // Momentum of the velocities, and of a uniform velocity of the set's nodes: T MR_i^T P_i T^T of each node   (3 x 3)
+  Vector dv = Vector::Zero(system_->n()), uniform = dv;
+  for (Index i = 0; i < velocities.rows(); ++i)
+    dv.segment<3>(n_modal + 3 * nodes[i]) = placement_.T.transpose() * velocities.row(i).transpose();
+  system_->drop_held(dv);
+  Matrix all = Matrix::Zero(system_->n(), 3);
+  for (int a = 0; a < 3; ++a) {
+    uniform.setZero();
+    for (const Index node : nodes) uniform.segment<3>(n_modal + 3 * node) = placement_.T.row(a).transpose();
+    system_->drop_held(uniform);
+    all.col(a) = uniform;
+  }
+  const Matrix3 mass = placement_.T * (MR.transpose() * all);
+  const Vector3 missing = momentum - placement_.T * (MR.transpose() * dv);
+  const Vector3 extra = solve_semidefinite(mass, missing).value_or(Vector3::Zero());
+  dv += all * extra;
+  system_->multiply_mass(dv, work_vector_);
+  system_->drop_held(work_vector_);
+  if (!velocity_kicked_) velocity_kick_.setZero();
+  velocity_kick_ += work_vector_;
+  velocity_kicked_ = true;
+  v_end_ += dv;
+  u_end_ += h_ * dv;
+  return extra;
+}
+
+// Kicks work with a mean velocity: of those before and after them, or of the step.
+void CoupledBody::book_kicks(const Vector& mean_velocity) {
+  for (const Kick& kick : kicks_) {
+    const double work = kick.impulse.dot(displacement(mean_velocity, kick.node));
+    (kick.kind == ImpulseKind::friction ? work_.friction : work_.contact) += work;
+  }
+}
+
+void CoupledBody::accept_central() {
+  // The leapfrog's own energy answers to forces with the average of v- and v+.
+  v_now_ = 0.5 * (v_ + v_end_);
+  book_kicks(v_now_);
+  if (velocity_kicked_) work_.contact += velocity_kick_.dot(v_now_);
+  if (!loads_.empty()) {
+    load(t_, work_vector_);
+    work_.external += 0.5 * (last_h_ + h_) * work_vector_.dot(v_now_);
+  }
+  // Its energy holds a term -h/2 v . K u: a change of h brings (h - h-)/4 K u . (v+ - v-).
+  if (h_ != last_h_) work_.numerical += 0.25 * (h_ - last_h_) * stiffness_force().dot(v_end_ - v_);
+  if (is_damped()) {
+    book_central_damping();
+    if (kicked_) kick_ /= mass_factor(h_);
+  }
+  if (kicked_) p_end_ += kick_;
+  if (velocity_kicked_) p_end_ += velocity_kick_;
+  last_h_ = h_;
+  p_.swap(p_end_);
+  v_.swap(v_end_);
+}
+
+// What belongs to the end follows from the move that contact has left: F_1 = f_1 - K u_1, M a_1 = (1 + alpha) F_1 - alpha F_0 and
+// p_1 = p_0 + h ((1 - gamma) M a_0 + gamma M a_1) + the impulses, which are no part of a (newmark.hpp).
+void CoupledBody::accept_newmark() {
+  if (is_damped()) return accept_newmark_damped();
+  const double alpha = newmark_.alpha, gamma = newmark_.gamma();
+  if (kicked_) {
+    v_now_ = move_ / h_;
+    book_kicks(v_now_);
+    p_ += kick_;
+  }
+  Vector& change_of_Ku = work_vector_;
+  change_of_Ku = -stiffness_force();
+  u_.swap(u_end_);
+  Ku_is_current_ = false;
+  change_of_Ku += stiffness_force();
+  p_ += h_ * (1 - gamma) * Ma_;
+  Ma_ = -alpha * F_;
+  if (loads_.empty()) {
+    F_ = -stiffness_force();
+  } else {
+    work_.external += 0.5 * move_.dot(f0_ + f1_);
+    F_ = f1_ - stiffness_force();
+  }
+  Ma_ += (1 + alpha) * F_;
+  system_->drop_held(Ma_);
+  p_ += h_ * gamma * Ma_;
+  if (alpha != 0) book_scheme(change_of_Ku);
+  if (!loads_.empty()) f0_.swap(f1_);
+}
+
+// With [.] the change over a step and [.]' that over the step before, the energy changes beyond the loads' [u] . (f_0 + f_1) / 2 by
+//   loads:   -k [u] . ([f] - [f]'),   k = alpha (1/2 + alpha)
+//   scheme:  k [u] . ([K u] - [K u]') - alpha^2 h^2 / 4 (1/2 [a . M a] - alpha [a] . M [a]) - alpha^2 h / 4 impulses . [a].
+void CoupledBody::book_scheme(const Vector& change_of_Ku) {
+  const double alpha = newmark_.alpha, k = alpha * (0.5 + alpha), quarter = 0.25 * alpha * alpha * h_ * h_;
+  if (!loads_.empty()) {
+    work_.external -= k * (move_.dot(f1_) - move_.dot(f0_) - move_.dot(last_change_of_f_));
+    last_change_of_f_ = f1_ - f0_;
+  }
+  work_.numerical += k * (move_.dot(change_of_Ku) - move_.dot(last_change_of_Ku_));
+  last_change_of_Ku_ = change_of_Ku;
+  Vector& a_1 = v_now_;
+  a_1 = Ma_;
+  system_->factor(0).solve(a_1);
+  const double a1_Ma1 = a_1.dot(Ma_), a0_Ma1 = a_.dot(Ma_);
+  work_.numerical -= quarter * (0.5 * (a1_Ma1 - a0_Ma0_) - alpha * (a1_Ma1 - 2 * a0_Ma1 + a0_Ma0_));
+  if (kicked_) work_.numerical -= quarter / h_ * (kick_.dot(a_1) - kick_.dot(a_));
+  a0_Ma0_ = a1_Ma1;
+  a_.swap(a_1);
+}
+
+void CoupledBody::accept() {
+  v_now_is_current_ = false;
+  if (scheme_ == Scheme::central_difference) {
+    accept_central();
+    u_.swap(u_end_);
+    Ku_is_current_ = false;
+  } else {
+    arrive_newmark();
+    arrived_ = false;
+  }
+  t_ += h_;
+}
+
+void CoupledBody::arrive_newmark() {
+  if (!arrived_) accept_newmark();
+  arrived_ = true;
+}
+
+void CoupledBody::end_velocities(Index set, Points& v) {
+  arrive_newmark();
+  v_now_ = p_;
+  system_->factor(0).solve(v_now_);
+  const auto& nodes = sets_[set];
+  v.resize(static_cast<Index>(nodes.size()), 3);
+  for (Index i = 0; i < v.rows(); ++i) v.row(i) = (placement_.T * displacement(v_now_, nodes[i])).transpose();
+}
+
+// Precondition: end_velocities() has been asked for in this step.
+void CoupledBody::add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) {
+  const auto& nodes = sets_[set];
+  Vector& dv = work_vector_;
+  dv.setZero();
+  for (Index i = 0; i < impulses.rows(); ++i)
+    dv.segment<3>(system_->n_modal() + 3 * nodes[i]) += placement_.T.transpose() * impulses.row(i).transpose();
+  system_->drop_held(dv);
+  p_ += dv;
+  double work = v_now_.dot(dv);
+  kick_ = dv;
+  system_->factor(0).solve(dv);
+  work += 0.5 * kick_.dot(dv);
+  (kind == ImpulseKind::friction ? work_.friction : work_.contact) += work;
+  v_now_ += dv;
+  if (is_damped()) {
+    damping_force(kick_, dv, damping_room_);
+    Ma_ -= damping_room_;
+    Cv_ += damping_room_;
+    v_ += dv;
+  }
+}
+
+std::unique_ptr<Body> coupled_body(std::string name, std::shared_ptr<const CoupledModel> model, const Placement& placement,
+                                   const std::vector<HeldDirection>& held, Scheme scheme, const NewmarkOptions& newmark) {
+  const std::string where = "instance '" + name + "'";
+  auto system = std::make_shared<CoupledSystem>(std::move(model), held, where);
+  return std::make_unique<CoupledBody>(std::move(name), std::move(system), placement, scheme, newmark);
+}
+
+}  // namespace cbr

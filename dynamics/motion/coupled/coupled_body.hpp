@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A coupled model that moves, by central differences or Newmark: its matrices are factored once, before the first step.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "dynamics/motion/body.hpp"
+#include "dynamics/motion/coupled/coupled_model.hpp"
+#include "dynamics/motion/coupled/coupled_system.hpp"
+#include "dynamics/motion/modal/superelement_body.hpp"
+#include "dynamics/motion/newmark.hpp"
+#include "dynamics/motion/static_state.hpp"
+
+namespace cbr {
+
+// What moves are the displacements u and the momenta p = M v of all coordinates; velocities are M^-1 p when someone asks, so that
+// impulses change the momentum by exactly their sum. A step of central differences solves with M once and multiplies with K once;
+// one of Newmark solves with A = M + theta K instead; HHT-alpha solves with M too, to account for its damping. Nothing is
+// allocated.
+class CoupledBody final : public Body {
+ public:
+  // `scheme` is not exact. add_velocities() is not for Scheme::newmark.
+  CoupledBody(std::string name, std::shared_ptr<CoupledSystem> system, const Placement& placement, Scheme scheme,
+              const NewmarkOptions& newmark);
+
+  const std::string& name() const override { return name_; }
+  Index n_dofs() const override { return system_->n_free(); }
+  // Under newmark, where no step depends on it, without damping.
+  double largest_frequency() const override {
+    return critical_frequency(system_->largest_frequency(), scheme_ == Scheme::newmark ? 0 : damping_.beta);
+  }
+  Scheme scheme() const override { return scheme_; }
+  const Points& reference_positions() const override { return X_; }
+
+  // Rayleigh's. InputError: damping of modes.
+  void damp(const Damping& damping) override;
+
+  Index track(const std::vector<Index>& nodes) override;
+  void positions(Index set, Points& x) const override;
+  void predicted_positions(Index set, Points& x) const override;
+  MotionBound motion_bound(Index set) const override;
+  Index track_mean(const std::vector<Index>& nodes) override;
+  void mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
+
+  void predict(double t, double h) override;
+  using Body::add_impulses;
+  void add_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
+  Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
+  void accept() override;
+  void end_velocities(Index set, Points& v) override;
+  NodeResponse velocity_response(Index set) const override;
+  void add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
+
+  bool has_statics() const override { return true; }
+  void relax(const Rest& rest) override;
+  NodeResponse static_response(Index set, double hold) const override;
+  void add_static_forces(Index set, const Points& forces, ImpulseKind kind) override;
+  Settled settle() override;
+  void end_load_step() override;
+  void start_motion(double h) override;
+
+  NodeResponse response(Index set, double h) const override;
+  Points nodal_masses(Index set) const override;
+  void add_force(const Points& forces, const LoadHistory& history) override;
+  void add_gravity(const Vector3& acceleration, const LoadHistory& history) override;
+  void add_modal_force(const Vector& forces, const LoadHistory& history) override;
+
+  BodyState state() const override;
+  BodyWork work() const override { return work_; }
+  void displacements(Points& u, Points& v) const override;
+  void coordinates(Vector& q, Vector& rates) const override;
+  void keep_state(StateArchive& archive) override;
+
+ private:
+  struct Load {
+    Vector force;  // n, component axes
+    LoadHistory history;
+  };
+  struct Kick {
+    Index node;
+    Vector3 impulse;  // component axes
+    ImpulseKind kind;
+  };
+
+  bool is_damped() const { return damping_ != MaterialDamping(); }
+  // Of the matrix whose inverse answers impulses, mass_factor (M + theta K): of damped bodies C adds to both.
+  double theta(double h) const {
+    if (scheme_ != Scheme::newmark) return 0;
+    const double theta = newmark_.stiffness_factor(h);
+    return is_damped() ? theta * (1 + 2 * damping_.beta / h) / mass_factor(h) : theta;
+  }
+  double mass_factor(double h) const {
+    if (scheme_ != Scheme::newmark) return 1 + 0.5 * h * damping_.alpha;
+    return 1 + 2 * newmark_.stiffness_factor(h) * damping_.alpha / h;
+  }
+  void damping_force(const Vector& p, const Vector& v, Vector& f) const;
+  void predict_central_damped();
+  void predict_newmark_damped(double h);
+  void accept_newmark_damped();
+  void book_central_damping();
+  auto displacement(const Vector& u, Index node) const { return u.segment<3>(system_->n_modal() + 3 * node); }
+  void gather(const Vector& u, const std::vector<Index>& nodes, Points& x) const;
+  NodeResponse mass_response(const std::vector<Index>& nodes, double weight) const;  // weight G M^-1 G^T
+  void append_load(Vector force, const LoadHistory& history);
+  void load(double t, Vector& f) const;
+  const Vector& stiffness_force() const;  // K u, formed once for each u
+  const Vector& present_velocities() const;
+  void predict_central(double h);
+  void predict_newmark(double h);
+  void accept_central();
+  void accept_newmark();
+  void arrive_newmark();
+  void book_kicks(const Vector& mean_velocity);
+  void book_scheme(const Vector& change_of_Ku);
+
+  std::string name_;
+  std::shared_ptr<CoupledSystem> system_;
+  Placement placement_;
+  Scheme scheme_;
+  NewmarkOptions newmark_;
+  Points X_;
+  std::vector<std::vector<Index>> sets_, means_;
+  std::vector<Load> loads_;
+  LoadNumbers load_of_;
+  // Component axes. Central differences: p_ and v_ are half a step behind u_. Newmark has no v_.
+  Vector u_, p_, v_, u_end_, p_end_, v_end_;
+  std::vector<Kick> kicks_;  // of this step
+  Vector kick_;              // their sum, n
+  // Velocities that add_velocities() brought: M times their sum, and whether there are any
+  Vector velocity_kick_;
+  bool kicked_ = false, velocity_kicked_ = false;
+  // Newmark: the move u_end - u, forces F = f - K u and M a at the start of the step; loads at both its ends
+  Vector move_, F_, Ma_, f0_, f1_;
+  // HHT-alpha: what its accounts need of the step before
+  Vector a_, last_change_of_Ku_, last_change_of_f_;
+  double a0_Ma0_ = 0;
+  StaticState statics_;  // empty before the first relax()
+  double pull_ = 0;      // sigma of the last one
+  MaterialDamping damping_;
+  // Damped: C v at the start of the step (newmark), beta K v- (central differences), and a workspace
+  Vector Cv_;
+  mutable Vector damping_room_;
+  mutable Vector work_vector_, Ku_, v_now_;
+  mutable bool Ku_is_current_ = false, v_now_is_current_ = false;
+  bool started_ = false, arrived_ = false;  // arrived_: the end of the step is known, impulses included
+  double t_ = 0, h_ = 0, last_h_ = 0;
+  BodyWork work_;
+};
+
+// `held`: ascending by node, component axes. RunError when the mass is not positive definite.
+std::unique_ptr<Body> coupled_body(std::string name, std::shared_ptr<const CoupledModel> model, const Placement& placement,
+                                   const std::vector<HeldDirection>& held, Scheme scheme, const NewmarkOptions& newmark);
+
+}  // namespace cbr

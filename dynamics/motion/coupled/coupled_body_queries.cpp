@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What a coupled body answers about itself: positions, response, masses, momentum, energy.
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+
+#include <cassert>
+#include <cmath>
+#include <utility>
+
+#include "common/linalg/dense.hpp"
+#include "dynamics/motion/coupled/coupled_body.hpp"
+
+namespace cbr {
+
+Index CoupledBody::track(const std::vector<Index>& nodes) {
+  sets_.push_back(nodes);
+  return static_cast<Index>(sets_.size()) - 1;
+}
+
+Index CoupledBody::track_mean(const std::vector<Index>& nodes) {
+  means_.push_back(nodes);
+  return static_cast<Index>(means_.size()) - 1;
+}
+
+void CoupledBody::gather(const Vector& u, const std::vector<Index>& nodes, Points& x) const {
+  x.resize(static_cast<Index>(nodes.size()), 3);
+  for (Index i = 0; i < x.rows(); ++i) x.row(i) = X_.row(nodes[i]) + (placement_.T * displacement(u, nodes[i])).transpose();
+}
+
+void CoupledBody::positions(Index set, Points& x) const { gather(u_, sets_[set], x); }
+void CoupledBody::predicted_positions(Index set, Points& x) const { gather(u_end_, sets_[set], x); }
+
+MotionBound CoupledBody::motion_bound(Index) const {
+  assert(false && "only exact bodies have a bound");
+  return {};
+}
+
+void CoupledBody::mean_motion(Index set, Vector3& position, Vector3& velocity) const {
+  const Vector& present = present_velocities();
+  position.setZero(), velocity.setZero();
+  for (const Index node : means_[set]) {
+    position += X_.row(node).transpose() + placement_.T * displacement(u_, node);
+    velocity += placement_.T * displacement(present, node);
+  }
+  const double n = static_cast<double>(means_[set].size());
+  position /= n, velocity /= n;
+}
+
+// Newmark: at the end of the last step. Central differences: the mid-step momentum, half a step on under the internal forces and
+// loads: second order at t_.
+const Vector& CoupledBody::present_velocities() const {
+  if (v_now_is_current_) return v_now_;
+  if (scheme_ == Scheme::central_difference && last_h_ == 0) {
+    v_now_ = v_;
+  } else {
+    v_now_ = p_;
+    if (scheme_ == Scheme::central_difference) {
+      load(t_, work_vector_);
+      v_now_ += 0.5 * last_h_ * (work_vector_ - stiffness_force());
+      if (is_damped()) {
+        damping_force(Vector::Zero(v_.size()), v_, damping_room_);  // beta K v- alone
+        v_now_ = (v_now_ - 0.5 * last_h_ * damping_room_) / (1 + 0.5 * last_h_ * damping_.alpha);
+      }
+    }
+    system_->factor(0).solve(v_now_);
+  }
+  v_now_is_current_ = true;
+  return v_now_;
+}
+
+// A lumped mesh answers node by node: the mass of a node is the same in all directions, and its row of M R is that mass.
+NodeResponse CoupledBody::mass_response(const std::vector<Index>& nodes, double weight) const {
+  NodeResponse response;
+  bool node_by_node = system_->factor(0).diagonal().size() > 0;
+  for (std::size_t i = 0; node_by_node && i < nodes.size(); ++i) node_by_node = !system_->is_held(nodes[i]);
+  if (!node_by_node) {
+    response.set_block(weight * system_->nodal_inverse(0, nodes, placement_.T));
+    return response;
+  }
+  const Index n_modal = system_->n_modal();
+  response.diagonal.resize(3 * static_cast<Index>(nodes.size()));
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    response.diagonal.segment<3>(3 * static_cast<Index>(i))
+        .setConstant(weight / system_->rigid_momentum()(n_modal + 3 * nodes[i], 0));
+  return response;
+}
+
+// h M^-1, or h / 2 A^-1 (newmark.hpp).
+NodeResponse CoupledBody::response(Index set, double h) const {
+  if (scheme_ == Scheme::central_difference) return mass_response(sets_[set], h / mass_factor(h));
+  NodeResponse response;
+  response.set_block(0.5 * h / mass_factor(h) * system_->nodal_inverse(theta(h), sets_[set], placement_.T));
+  return response;
+}
+
+NodeResponse CoupledBody::velocity_response(Index set) const { return mass_response(sets_[set], 1); }
+
+Points CoupledBody::nodal_masses(Index set) const {
+  const auto& nodes = sets_[set];
+  Points masses(static_cast<Index>(nodes.size()), 3);
+  for (Index i = 0; i < masses.rows(); ++i) {
+    const Vector3 of_node = system_->rigid_momentum().block<3, 3>(system_->n_modal() + 3 * nodes[i], 0).diagonal();
+    masses.row(i) = (placement_.T.cwiseAbs2() * of_node).transpose();
+  }
+  return masses;
+}
+
+void CoupledBody::append_load(Vector force, const LoadHistory& history) {
+  system_->drop_held(force);
+  const std::size_t load = load_of_.find_or_add(history, loads_.size());
+  if (load == loads_.size()) {
+    loads_.push_back({std::move(force), history});
+  } else {
+    loads_[load].force += force;
+  }
+}
+
+void CoupledBody::add_force(const Points& forces, const LoadHistory& history) {
+  Vector f = Vector::Zero(system_->n());
+  for (Index i = 0; i < forces.rows(); ++i)
+    f.segment<3>(system_->n_modal() + 3 * i) = placement_.T.transpose() * forces.row(i).transpose();
+  append_load(std::move(f), history);
+}
+
+void CoupledBody::add_gravity(const Vector3& acceleration, const LoadHistory& history) {
+  // M R_t g
+  Vector f = system_->rigid_momentum().leftCols(3) * (placement_.T.transpose() * acceleration);
+  append_load(std::move(f), history);
+}
+
+void CoupledBody::add_modal_force(const Vector& forces, const LoadHistory& history) {
+  Vector f = Vector::Zero(system_->n());
+  f.head(forces.size()) = forces;
+  append_load(std::move(f), history);
+}
+
+BodyState CoupledBody::state() const {
+  const Matrix3& T = placement_.T;
+  const RigidBody& rigid = system_->model().rigid_body;
+  const Matrix& MR = system_->rigid_momentum();
+  const Vector &Ku = stiffness_force(), &present = present_velocities();
+  const Vector moment = MR.transpose() * u_, rate = MR.transpose() * present;
+  BodyState state;
+  state.center_of_mass = T * (rigid.center + moment.head<3>() / rigid.mass) + placement_.position;
+  state.momentum = T * rate.head<3>();
+  // A rotation is a pseudo-vector: a mirror changes its sign.
+  state.angular_momentum = T.determinant() * (T * rate.tail<3>()) + state.center_of_mass.cross(state.momentum);
+  state.rotation = solve_symmetric(rigid.inertia, moment.tail<3>()).norm();
+  if (!std::isfinite(state.rotation)) state.rotation = 0;
+  if (scheme_ == Scheme::central_difference) {
+    // 1/2 v- M v+ with v+ of the internal forces alone: what leapfrog conserves together with the strain energy
+    state.kinetic_energy = 0.5 * v_.dot(p_) - 0.5 * last_h_ * v_.dot(Ku);
+  } else {
+    state.kinetic_energy = 0.5 * present.dot(p_);
+  }
+  state.strain_energy = 0.5 * u_.dot(Ku);
+  return state;
+}
+
+void CoupledBody::coordinates(Vector& q, Vector& rates) const { q = u_, rates = present_velocities(); }
+
+void CoupledBody::displacements(Points& u, Points& v) const {
+  const Index n_modal = system_->n_modal(), n = X_.rows();
+  u = Eigen::Map<const Points>(u_.data() + n_modal, n, 3) * placement_.T.transpose();
+  v = Eigen::Map<const Points>(present_velocities().data() + n_modal, n, 3) * placement_.T.transpose();
+}
+
+}  // namespace cbr

@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/motion/coupled/coupled_model.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <utility>
+
+#include "common/linalg/dense.hpp"
+
+namespace cbr {
+namespace {
+
+using Triplets = std::vector<Eigen::Triplet<double, Index>>;
+
+SparseMatrix from_triplets(Index n, const Triplets& entries) {
+  SparseMatrix A(n, n);
+  A.setFromTriplets(entries.begin(), entries.end());
+  return A;
+}
+
+void append(const SparseMatrix& A, const std::vector<Index>& dof, Triplets& entries) {
+  for (Index j = 0; j < A.cols(); ++j)
+    for (SparseMatrix::InnerIterator it(A, j); it; ++it) entries.emplace_back(dof[it.row()], dof[j], it.value());
+}
+
+std::vector<Index> shifted(Index n, Index by) {
+  std::vector<Index> dof(n);
+  for (Index i = 0; i < n; ++i) dof[i] = by + i;
+  return dof;
+}
+
+// A of a larger model, whose first dofs are those of A, plus B on the dofs `dof`.
+SparseMatrix extended(const SparseMatrix& A, const SparseMatrix& B, const std::vector<Index>& dof, Index n) {
+  Triplets entries;
+  append(A, shifted(A.cols(), 0), entries);
+  append(B, dof, entries);
+  return from_triplets(n, entries);
+}
+
+// Masses at points join a rigid body: the parallel axis theorem for both.
+void add_points(const Points& points, const Vector& mass, const Vector& rotary, RigidBody& body) {
+  const auto about = [](double m, const Vector3& r) {
+    return Matrix3(m * (r.squaredNorm() * Matrix3::Identity() - r * r.transpose()));
+  };
+  const double total = body.mass + mass.sum();
+  if (!(total > 0)) return;
+  const Vector3 center = (body.mass * body.center + points.transpose() * mass) / total;
+  body.inertia += about(body.mass, body.center - center) + rotary.sum() * Matrix3::Identity();
+  for (Index i = 0; i < mass.size(); ++i) body.inertia += about(mass[i], points.row(i).transpose() - center);
+  body.mass = total;
+  body.center = center;
+}
+
+// Nodal dofs that a part has, or an entry of a sparse matrix.
+std::vector<char> present_dofs(const CoupledModel& model) {
+  std::vector<char> present(model.n_nodal(), 0);
+  for (const CoupledPart& part : model.parts)
+    for (const Index dof : part.dof) present[dof] = 1;
+  for (const SparseMatrix* A : {&model.K, &model.M})
+    for (Index j = 0; j < A->cols(); ++j)
+      if (SparseMatrix::InnerIterator(*A, j)) present[j] = 1;
+  return present;
+}
+
+// Orthonormal basis of what is left of a node's dofs: 3 x free.
+Matrix free_basis(const char* present, const std::vector<Vector3>& directions) {
+  const bool whole = present[0] && present[1] && present[2];
+  if (whole) {
+    const Index n_held = static_cast<Index>(directions.size());
+    return complete_basis(directions).rightCols(3 - n_held);
+  }
+  // Dofs that are not there are held too; directions may become dependent.
+  Matrix H = Matrix::Zero(3, 3 + static_cast<Index>(directions.size()));
+  for (int c = 0; c < 3; ++c) H(c, c) = present[c] ? 0 : 1;
+  for (std::size_t i = 0; i < directions.size(); ++i) H.col(3 + static_cast<Index>(i)) = directions[i];
+  if (directions.empty()) {
+    Matrix basis(3, present[0] + present[1] + present[2]);
+    for (Index c = 0, column = 0; c < 3; ++c)
+      if (present[c]) basis.col(column++) = Vector3::Unit(c);
+    return basis;
+  }
+  const PivotedQr qr(H, 1e-9);
+  return qr.axes().rightCols(3 - qr.rank());
+}
+
+}  // namespace
+
+Index CoupledModel::n_modal() const {
+  Index n = 0;
+  for (const CoupledPart& part : parts) n += part.superelement->k();
+  return n;
+}
+
+CoupledModel coupled_model(std::shared_ptr<const Superelement> superelement) {
+  const std::vector<Index> place = shifted(superelement->coordinates.rows(), 0);
+  const Points coordinates = superelement->coordinates;
+  const RigidBody body = superelement->rigid_body;
+  return coupled_model({std::move(superelement)}, coordinates, {place}, body);
+}
+
+CoupledModel coupled_model(const FiniteElementModel& fe, const Points& coordinates) {
+  assert(fe.K.rows() == 3 * coordinates.rows());
+  CoupledModel model;
+  model.coordinates = coordinates;
+  model.K = fe.K;
+  model.M = fe.M;
+  model.rigid_body = rigid_body(fe.M, coordinates);
+  return model;
+}
+
+CoupledModel coupled_model(const std::vector<std::shared_ptr<const Superelement>>& domains, const Points& coordinates,
+                           const std::vector<std::vector<Index>>& place, const RigidBody& body) {
+  CoupledModel model;
+  model.coordinates = coordinates;
+  model.rigid_body = body;
+  for (std::size_t d = 0; d < domains.size(); ++d) {
+    const Superelement& s = *domains[d];
+    assert(s.K_cc.rows() == s.c() && s.M_cc.rows() == s.c());
+    CoupledPart part{domains[d], std::vector<Index>(s.c())};
+    for (Index i = 0; i < s.c(); ++i) part.dof[i] = 3 * place[d][s.dof_node[i]] + s.dof_component[i];
+    model.parts.push_back(std::move(part));
+  }
+  return model;
+}
+
+void add_shells(const ShellModel& shells, CoupledModel& model) {
+  if (shells.empty()) return;
+  const Index m = static_cast<Index>(shells.nodes.size()), first = 3 * (model.coordinates.rows() + model.n_rotations);
+  std::vector<Index> dof(6 * m);
+  for (Index i = 0; i < m; ++i)
+    for (int c = 0; c < 3; ++c) dof[3 * i + c] = 3 * shells.nodes[i] + c, dof[3 * (m + i) + c] = first + 3 * i + c;
+  if (shells.has_rotations()) model.n_rotations += m;
+  const Index n = model.n_nodal();
+  Triplets mass;
+  for (Index i = 0; i < shells.mass.size(); ++i)
+    for (int c = 0; c < 3; ++c) mass.emplace_back(3 * i + c, 3 * i + c, shells.mass[i]);
+  for (Index i = 0; i < shells.rotary.size(); ++i)
+    for (int c = 0; c < 3; ++c) mass.emplace_back(3 * (m + i) + c, 3 * (m + i) + c, shells.rotary[i]);
+  model.K = extended(model.K, shells.K, dof, n);
+  model.M = extended(model.M, from_triplets(6 * m, mass), dof, n);
+  if (shells.mass.size() > 0) add_points(model.coordinates(shells.nodes, Eigen::all), shells.mass, shells.rotary, model.rigid_body);
+}
+
+Matrix rigid_motions(const CoupledModel& model) {
+  const Index k = model.n_modal(), n = model.coordinates.rows();
+  Matrix R = Matrix::Zero(model.n(), 6);
+  R.middleRows(k, 3 * n) = rigid_modes(model.coordinates, model.rigid_body.center);
+  for (Index i = 0; i < model.n_rotations; ++i) R.block<3, 3>(k + 3 * (n + i), 3).setIdentity();
+  const std::vector<char> present = present_dofs(model);
+  for (std::size_t i = 0; i < present.size(); ++i)
+    if (!present[i]) R.row(k + static_cast<Index>(i)).setZero();
+  return R;
+}
+
+FreeDofs free_dofs(const CoupledModel& model, const std::vector<HeldDirection>& held) {
+  const Index n = model.coordinates.rows() + model.n_rotations;
+  std::vector<std::vector<Vector3>> of_node(n);
+  for (const HeldDirection& h : held) of_node[h.node].push_back(h.direction);
+  const std::vector<char> present = present_dofs(model);
+  Triplets entries;
+  Index column = 0;
+  for (Index node = 0; node < n; ++node) {
+    const Matrix basis = free_basis(present.data() + 3 * node, of_node[node]);
+    for (Index f = 0; f < basis.cols(); ++f, ++column)
+      for (int c = 0; c < 3; ++c)
+        if (basis(c, f) != 0) entries.emplace_back(3 * node + c, column, basis(c, f));
+  }
+  FreeDofs free;
+  free.Z.resize(3 * n, column);
+  free.Z.setFromTriplets(entries.begin(), entries.end());
+  free.is_all = held.empty() && column == 3 * n;
+  return free;
+}
+
+}  // namespace cbr

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/motion/driven_body.hpp"
+
+#include <Eigen/Geometry>
+
+#include <utility>
+
+#include "common/files/state_archive.hpp"
+
+namespace cbr {
+
+DrivenBody::DrivenBody(std::unique_ptr<Body> inner, DrivenMotion motion, double mass, bool has_inertia, bool waits)
+    : inner_(std::move(inner)), motion_(std::move(motion)), mass_(mass), has_inertia_(has_inertia), waits_(waits) {
+  if (has_inertia_ && !waits_) add_inertia();
+  energy_at_start_ = energy_of_motion();
+}
+
+void DrivenBody::add_inertia() {
+  for (int c = 0; c < 3; ++c)
+    if (!motion_.axes[c].empty()) inner_->add_gravity(-Vector3::Unit(c), motion_.axes[c].front().acceleration());
+}
+
+void DrivenBody::relax(const Rest& rest) {
+  t_ = rest.t, h_ = 0;
+  for (Vector3& force : forces_) force.setZero();
+  inner_->relax(rest);
+}
+
+void DrivenBody::add_static_forces(Index set, const Points& forces, ImpulseKind kind) {
+  forces_[kind == ImpulseKind::friction] += forces.colwise().sum().transpose();
+  inner_->add_static_forces(set, forces, kind);
+}
+
+Settled DrivenBody::settle() {
+  now_ = t_;
+  return inner_->settle();
+}
+
+// Forces work on the supports' way; the supports do as much against them.
+void DrivenBody::end_load_step() {
+  inner_->end_load_step();
+  const Vector3 way = motion_.displacement(now_) - motion_.displacement(start_);
+  contact_ += 0.5 * way.dot(forces_start_[0] + forces_[0]);
+  friction_ += 0.5 * way.dot(forces_start_[1] + forces_[1]);
+  for (int kind = 0; kind < 2; ++kind) forces_start_[kind] = forces_[kind];
+  start_ = now_;
+}
+
+void DrivenBody::start_motion(double h) {
+  if (std::exchange(waits_, false)) add_inertia();
+  contact_ = friction_ = 0;
+  inner_->start_motion(h);
+}
+
+// Kinetic energy beyond that in the moving axes: v_s . P + m v_s^2 / 2, P the momentum there.
+double DrivenBody::energy_of_motion() const {
+  const Vector3 v = support_velocity(now_);
+  return v.isZero(0) ? 0 : v.dot(inner_->state().momentum) + 0.5 * mass_ * v.squaredNorm();
+}
+
+void DrivenBody::positions(Index set, Points& x) const {
+  inner_->positions(set, x);
+  x.rowwise() += motion_.displacement(now_).transpose();
+}
+
+void DrivenBody::predicted_positions(Index set, Points& x) const {
+  inner_->predicted_positions(set, x);
+  x.rowwise() += motion_.displacement(t_ + h_).transpose();
+}
+
+MotionBound DrivenBody::moved(MotionBound bound) const {
+  const Vector3 s = motion_.displacement(now_);
+  bound.lower += s;
+  bound.upper += s;
+  bound.growth += motion_.largest_speed();
+  return bound;
+}
+
+void DrivenBody::mean_motion(Index set, Vector3& position, Vector3& velocity) const {
+  inner_->mean_motion(set, position, velocity);
+  position += motion_.displacement(now_);
+  velocity += support_velocity(now_);
+}
+
+void DrivenBody::predict(double t, double h) {
+  t_ = t;
+  h_ = h;
+  inner_->predict(t, h);
+}
+
+void DrivenBody::accept() {
+  inner_->accept();
+  now_ = t_ + h_;
+}
+
+void DrivenBody::book(const Vector3& impulse, ImpulseKind kind, double t) {
+  (kind == ImpulseKind::contact ? contact_ : friction_) += impulse.dot(support_velocity(t));
+}
+
+void DrivenBody::add_impulses(Index set, const Points& impulses, ImpulseKind kind) {
+  inner_->add_impulses(set, impulses, kind);
+  book(impulses.colwise().sum().transpose(), kind, t_);
+}
+
+void DrivenBody::add_answered_impulses(Index set, const Points& contact, const Points& friction, const Points& move,
+                                       const Vector& still) {
+  inner_->add_answered_impulses(set, contact, friction, move, still);
+  book(contact.colwise().sum().transpose(), ImpulseKind::contact, t_);
+  book(friction.colwise().sum().transpose(), ImpulseKind::friction, t_);
+}
+
+Vector3 DrivenBody::add_velocities(Index set, const Points& velocities, const Vector3& momentum) {
+  book(momentum, ImpulseKind::contact, t_);
+  return inner_->add_velocities(set, velocities, momentum);
+}
+
+void DrivenBody::end_velocities(Index set, Points& v) {
+  inner_->end_velocities(set, v);
+  v.rowwise() += support_velocity(t_ + h_).transpose();
+}
+
+void DrivenBody::add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) {
+  inner_->add_end_impulses(set, impulses, kind);
+  book(impulses.colwise().sum().transpose(), kind, t_ + h_);
+}
+
+BodyState DrivenBody::state() const {
+  BodyState state = inner_->state();
+  const Vector3 v = support_velocity(now_), s = motion_.displacement(now_), own = mass_ * v;
+  state.kinetic_energy += v.dot(state.momentum) + 0.5 * mass_ * v.squaredNorm();
+  state.angular_momentum += state.center_of_mass.cross(own) + s.cross(Vector3(state.momentum + own));
+  state.momentum += own;
+  state.center_of_mass += s;
+  return state;
+}
+
+BodyWork DrivenBody::work() const {
+  BodyWork work = inner_->work();
+  work.external += energy_of_motion() - energy_at_start_ - contact_ - friction_;
+  work.contact += contact_;
+  work.friction += friction_;
+  return work;
+}
+
+void DrivenBody::turn(const Points& X, Points& u, Points& v) const {
+  inner_->turn(X, u, v);
+  u.rowwise() += motion_.displacement(now_).transpose();
+  v.rowwise() += support_velocity(now_).transpose();
+}
+
+void DrivenBody::displacements(Points& u, Points& v) const {
+  inner_->displacements(u, v);
+  u.rowwise() += motion_.displacement(now_).transpose();
+  v.rowwise() += support_velocity(now_).transpose();
+}
+
+void DrivenBody::keep_state(StateArchive& archive) {
+  inner_->keep_state(archive);
+  archive(now_, contact_, friction_, start_, forces_start_[0], forces_start_[1]);
+}
+
+}  // namespace cbr

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/motion/load_history.hpp"
+
+#include <functional>
+#include <string_view>
+
+#include "dynamics/motion/body.hpp"
+
+namespace cbr {
+namespace {
+
+std::size_t hash_of(const std::vector<double>& values) {
+  return std::hash<std::string_view>()({reinterpret_cast<const char*>(values.data()), values.size() * sizeof(double)});
+}
+
+}  // namespace
+
+LoadHistory::LoadHistory(History history) {
+  if (history.time.empty()) return;
+  auto shared = std::make_shared<Shared>();
+  for (const double value : history.value) shared->largest = std::max(shared->largest, std::abs(value));
+  shared->hash = 31 * hash_of(history.time) + hash_of(history.value);
+  shared->points = std::move(history);
+  of_ = std::move(shared);
+}
+
+double LoadHistory::value(double t) const { return of_ ? history_value(of_->points, t) : 1; }
+
+double LoadHistory::integral(double from, double to) const {
+  double sum = 0;
+  for (double t = from; t < to;) {
+    const double end = std::min(to, next_bend(t));
+    sum += (end - t) * value(0.5 * (t + end));
+    t = end;
+  }
+  return sum;
+}
+
+double LoadHistory::next_bend(double t) const {
+  if (!of_) return HUGE_VAL;
+  const std::vector<double>& time = of_->points.time;
+  const auto next = std::upper_bound(time.begin(), time.end(), t);
+  return next == time.end() ? HUGE_VAL : *next;
+}
+
+bool LoadHistory::operator==(const LoadHistory& other) const {
+  if (of_ == other.of_) return true;
+  if (!of_ || !other.of_ || of_->hash != other.of_->hash) return false;
+  return of_->points.time == other.of_->points.time && of_->points.value == other.of_->points.value;
+}
+
+}  // namespace cbr

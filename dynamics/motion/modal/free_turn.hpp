@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The rotation of a free rigid body, of any inertia and by any angle.
+#pragma once
+
+#include <Eigen/Geometry>
+
+#include "common/base/types.hpp"
+
+namespace cbr {
+
+// J: 3 x 3, inertia about the centre of mass in body axes, kg m^2, positive definite.
+struct FreeTurn {
+  Matrix3 J = Matrix3::Identity(), J_inverse = Matrix3::Identity();
+  double rate_per_momentum = 0;  // the largest |J^-1 l| / |l|
+
+  FreeTurn() = default;
+  explicit FreeTurn(const Matrix3& inertia);
+
+  // R J^-1 R^T L, rad/s, scene axes. q: unit quaternion of R, body axes to scene axes.
+  Vector3 angular_velocity(const Eigen::Quaterniond& q, const Vector3& L) const;
+
+  // q a time h later. L: angular momentum about the centre of mass, scene axes, which stays.
+  // Taylor series of Euler's equations and of q' = q w / 2, in parts of at most a tenth of a radian: errors are round-off.
+  Eigen::Quaterniond turned(const Eigen::Quaterniond& q, const Vector3& L, double h) const;
+};
+
+}  // namespace cbr

@@ -1,0 +1,317 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/motion/modal/statics_body.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <utility>
+
+namespace cbr {
+namespace {
+
+std::shared_ptr<const DiagonalForm> modal_of(const std::shared_ptr<const StaticsForm>& form) { return {form, &form->modal}; }
+
+// w(rows)
+void take_rows(const Vector& of_all, const std::vector<Index>& rows, double factor, Vector& w) {
+  for (std::size_t i = 0; i < rows.size(); ++i) w[static_cast<Index>(i)] += factor * of_all[rows[i]];
+}
+
+}  // namespace
+
+StaticsBody::StaticsBody(std::string name, std::shared_ptr<const Superelement> superelement,
+                         std::shared_ptr<const StaticsForm> form, const Placement& placement, Scheme scheme,
+                         const NewmarkOptions& newmark)
+    : modal_(std::move(name), superelement, modal_of(form), placement, scheme, newmark),
+      superelement_(std::move(superelement)),
+      form_(std::move(form)),
+      T_(placement.T),
+      k_(superelement_->k()) {
+  assert(scheme != Scheme::newmark || !form_->is_massless);
+  for (Vector* g : {&g_, &g_end_, &g_before_}) g->setZero(form_->rows.size());
+  eta_before_ = modal_.modal_coordinates();
+}
+
+Index StaticsBody::track(const std::vector<Index>& nodes) {
+  NodeSet set;
+  set.modal = modal_.track(nodes);
+  set.of = form_->of_nodes(modal_.node_rows(set.modal));
+  for (Vector* x : {&set.w, &set.w_end, &set.force, &set.force_end, &set.friction, &set.friction_end})
+    x->setZero(set.of->rows->size());
+  sets_.push_back(std::move(set));
+  return static_cast<Index>(sets_.size()) - 1;
+}
+
+Index StaticsBody::track_mean(const std::vector<Index>& nodes) {
+  MeanSet set;
+  set.modal = modal_.track_mean(nodes);
+  const StaticRows& rows = form_->rows;
+  set.Vt = form_->modal.shared.mean_rows(form_->modal.V, *form_->modal.shared.row_table(*superelement_), nodes);
+  set.F.setZero(rows.size(), 3);
+  for (const Index node : nodes)
+    for (Index j = rows.first[node]; j < rows.first[node + 1]; ++j)
+      set.F += rows.F->col(j) * rows.direction.row(j) / static_cast<double>(nodes.size());
+  means_.push_back(std::move(set));
+  return static_cast<Index>(means_.size()) - 1;
+}
+
+// x += T B w of the set's nodes
+void StaticsBody::add_rows(const NodeSet& set, const Vector& w, Points& x) const {
+  const StaticRows& rows = *set.of->rows;
+  for (Index i = 0; i < rows.size(); ++i) x.row(rows.node[i]) += (T_ * (w[i] * rows.direction.row(i).transpose())).transpose();
+}
+
+void StaticsBody::positions(Index set, Points& x) const {
+  modal_.positions(sets_[set].modal, x);
+  if (has_force_ || !loads_.empty()) add_rows(sets_[set], sets_[set].w, x);
+}
+
+void StaticsBody::predicted_positions(Index set, Points& x) const {
+  modal_.predicted_positions(sets_[set].modal, x);
+  if (is_pushed_ || !loads_.empty()) add_rows(sets_[set], sets_[set].w_end, x);
+}
+
+void StaticsBody::predict(double t, double h) {
+  t_ = t;
+  h_ = h;
+  following_ = form_->following(h);
+  modal_.predict(t, h);
+  const double left = follow_on(1 - h / following_);
+  for (NodeSet& set : sets_) {
+    set.w_end = left * set.w;
+    set.force_end = left * set.force;
+    set.friction_end = left * set.friction;
+  }
+  g_end_ = left * g_;
+  for (std::size_t l = 0; l < loads_.size(); ++l) {
+    loads_end_[l] = loads_[l].history.value(t + h);
+    const double change = loads_end_[l] - left * loads_now_[l];
+    g_end_ += change * loads_[l].f;
+    for (NodeSet& set : sets_) take_rows(loads_[l].Ff, set.of->row, change, set.w_end);
+  }
+}
+
+// What a step leaves of the statics' force: `share`, and nothing once that has died away.
+double StaticsBody::follow_on(double share) {
+  is_pushed_ = has_force_ && share > 0;
+  if (!is_pushed_) return 0;
+  still_left_ *= share;
+  is_pushed_ = still_left_ > 1e-14;
+  return is_pushed_ ? share : 0;
+}
+
+// B^T T^T impulses / following(h)
+void StaticsBody::pressed_by(const NodeSet& set, const Points& impulses, Vector& pressed) const {
+  const StaticRows& rows = *set.of->rows;
+  pressed.resize(rows.size());
+  for (Index i = 0; i < rows.size(); ++i)
+    pressed[i] = rows.direction.row(i).dot((T_.transpose() * impulses.row(rows.node[i]).transpose()).transpose()) / following_;
+}
+
+// g += pressed, in all that is kept of it; still: F pressed of the set's rows.
+void StaticsBody::push(Index set, const Vector& pressed, const Vector& still) {
+  NodeSet& its = sets_[set];
+  is_pushed_ = true;
+  still_left_ = 1;
+  its.w_end += still;
+  its.force_end += pressed;
+  for (Index i = 0; i < pressed.size(); ++i) g_end_[its.of->row[i]] += pressed[i];
+  if (sets_.size() == 1) return;
+  Vector change = Vector::Zero(g_end_.size());
+  for (Index i = 0; i < pressed.size(); ++i) change[its.of->row[i]] = pressed[i];
+  const Vector moved = *form_->rows.F * change;
+  for (std::size_t other = 0; other < sets_.size(); ++other)
+    if (static_cast<Index>(other) != set) take_rows(moved, sets_[other].of->row, 1, sets_[other].w_end);
+}
+
+void StaticsBody::kick(Index set, const Points& impulses, ImpulseKind kind) {
+  if (form_->is_massless) {
+    modal_.add_end_impulses(sets_[set].modal, impulses, kind);
+  } else {
+    modal_.add_impulses(sets_[set].modal, impulses, kind);
+  }
+}
+
+void StaticsBody::add_impulses(Index set, const Points& impulses, ImpulseKind kind) {
+  NodeSet& its = sets_[set];
+  pressed_by(its, impulses, pressed_);
+  rows_ = pressed_;
+  press(*its.of->rows, rows_, still_, columns_);
+  push(set, pressed_, still_.col(0));
+  if (kind == ImpulseKind::friction) its.friction_end += pressed_;
+  kick(set, impulses, kind);
+}
+
+void StaticsBody::add_answered_impulses(Index set, const Points& contact, const Points& friction, const Points&,
+                                        const Vector& still) {
+  NodeSet& its = sets_[set];
+  pressed_by(its, contact, pressed_);
+  const bool rubs = !friction.isZero(0);
+  if (rubs) {
+    pressed_by(its, friction, rubbed_);
+    its.friction_end += rubbed_;
+    pressed_ += rubbed_;
+  }
+  push(set, pressed_, still);
+  kick(set, contact, ImpulseKind::contact);
+  if (rubs) kick(set, friction, ImpulseKind::friction);
+}
+
+Vector3 StaticsBody::add_velocities(Index, const Points&, const Vector3&) {
+  assert(false && "an interface without mass has no velocity to change");
+  return Vector3::Zero();
+}
+
+Points StaticsBody::nodal_masses(Index set) const { return Points::Zero(static_cast<Index>(sets_[set].of->nodes.size()), 3); }
+
+// The statics' energy 1/2 g . F g changes by exactly what mean forces do on its displacements. What lambda does beyond that is
+// lost.
+void StaticsBody::accept() {
+  for (NodeSet& set : sets_) {
+    if (is_pushed_ || has_force_) {
+      const double all = 0.5 * (set.force + set.force_end).dot(set.w_end - set.w);
+      const double friction = 0.5 * (set.friction + set.friction_end).dot(set.w_end - set.w);
+      work_.friction += friction;
+      work_.contact += all - friction;
+      set.force.swap(set.force_end);
+      set.friction.swap(set.friction_end);
+    }
+    set.w.swap(set.w_end);
+  }
+  for (std::size_t l = 0; l < loads_.size(); ++l)
+    work_.external += 0.5 * (loads_now_[l] + loads_end_[l]) * loads_[l].Ff.dot(g_end_ - g_);
+  loads_now_.swap(loads_end_);
+  was_in_contact_ = is_pushed_ || has_force_;
+  has_force_ = is_pushed_;
+  if (was_in_contact_) {
+    if (form_->is_massless) eta_before_ = modal_.modal_coordinates();
+    g_before_ = g_;
+  }
+  g_.swap(g_end_);
+  modal_.accept();
+}
+
+NodeResponse StaticsBody::response(Index set, double h) const {
+  ResponseOf of;
+  of.h = h;
+  Vector weight;
+  if (!form_->is_massless) of = modal_.response_of(h, weight);
+  NodeResponse response;
+  response.thin = form_->response(sets_[set].of, of, weight);
+  response.axes = T_;
+  return response;
+}
+
+NodeResponse StaticsBody::velocity_response(Index set) const {
+  NodeResponse response;
+  response.thin = form_->response(sets_[set].of, {ResponseOf::Weight::velocity}, Vector::Ones(n_dofs()));
+  response.axes = T_;
+  return response;
+}
+
+void StaticsBody::add_force(const Points& forces, const LoadHistory& history) {
+  modal_.add_force(forces, history);
+  const StaticRows& rows = form_->rows;
+  StaticLoad load{Vector::Zero(g_.size()), {}, history};
+  for (Index i = 0; i < rows.size(); ++i)
+    load.f[i] = rows.direction.row(i).dot((T_.transpose() * forces.row(rows.node[i]).transpose()).transpose());
+  if (load.f.isZero(0)) return;
+  load.Ff = *rows.F * load.f;
+  const double now = history.value(t_);
+  g_ += now * load.f;
+  for (NodeSet& set : sets_) take_rows(load.Ff, set.of->row, now, set.w);
+  loads_.push_back(std::move(load));
+  loads_now_.push_back(now);
+  loads_end_.push_back(now);
+}
+
+Vector StaticsBody::static_load() const {
+  Vector sum = Vector::Zero(form_->rows.size());
+  for (const StaticLoad& load : loads_) sum += load.f;
+  return sum;
+}
+
+MotionBound StaticsBody::motion_bound(Index set) const { return with_statics(modal_.motion_bound(sets_[set].modal), set); }
+MotionBound StaticsBody::quick_motion_bound(Index set) const {
+  return with_statics(modal_.quick_motion_bound(sets_[set].modal), set);
+}
+
+// The interface springs back to where its modes are once it is let go.
+MotionBound StaticsBody::with_statics(MotionBound bound, Index set) const {
+  const NodeSet& its = sets_[set];
+  Vector3 spread = Vector3::Zero();
+  Points moved;
+  const auto add = [&](const Vector& w) {
+    moved.setZero(static_cast<Index>(its.of->nodes.size()), 3);
+    add_rows(its, w, moved);
+    spread += moved.cwiseAbs().colwise().maxCoeff().transpose();
+  };
+  if (!its.w.isZero(0)) add(its.w);
+  for (const StaticLoad& load : loads_) {
+    Vector w = Vector::Zero(its.w.size());
+    take_rows(load.Ff, its.of->row, load.history.largest(), w);
+    add(w);
+  }
+  bound.lower -= spread;
+  bound.upper += spread;
+  return bound;
+}
+
+// What contact holds follows what it meets: without mass its velocity is that of the last step, not of the modes.
+void StaticsBody::mean_motion(Index set, Vector3& position, Vector3& velocity) const {
+  const MeanSet& its = means_[set];
+  modal_.mean_motion(its.modal, position, velocity);
+  position += T_ * Vector3(its.F.transpose() * g_);
+  if (!was_in_contact_) return;
+  const Vector3 still = its.F.transpose() * (g_ - g_before_) / h_;
+  if (form_->is_massless) {
+    velocity = T_ * Vector3(its.Vt->transpose() * (modal_.modal_coordinates() - eta_before_) / h_ + still);
+  } else {
+    velocity += T_ * still;
+  }
+}
+
+BodyState StaticsBody::state() const {
+  BodyState state = modal_.state();
+  // 1/2 g . F g
+  for (const NodeSet& set : sets_) state.strain_energy += 0.5 * set.force.dot(set.w);
+  for (std::size_t l = 0; l < loads_.size(); ++l) state.strain_energy += 0.5 * loads_now_[l] * loads_[l].Ff.dot(g_);
+  return state;
+}
+
+BodyWork StaticsBody::work() const {
+  BodyWork work = modal_.work();
+  work.external += work_.external;
+  work.contact += work_.contact;
+  work.friction += work_.friction;
+  work.damping += work_.damping;
+  return work;
+}
+
+void StaticsBody::coordinates(Vector& q, Vector& rates) const {
+  modal_.coordinates(q, rates);
+  if (was_in_contact_ && form_->is_massless) {
+    const IndexTable& row = *form_->modal.shared.row_table(*superelement_);
+    const Vector moved = form_->modal.V * (modal_.modal_coordinates() - eta_before_) / h_;  // k + c
+    rates.head(k_) = moved.head(k_);
+    for (Index i = 0; i < row.rows(); ++i)
+      for (int d = 0; d < 3; ++d)
+        if (row(i, d) >= 0) rates[k_ + 3 * i + d] = moved[row(i, d)];
+  }
+  const StaticRows& rows = form_->rows;
+  const auto spread = [&](const Vector& g, double factor, Vector& x) {
+    const Vector w = factor * (*rows.F * g);
+    for (Index i = 0; i < rows.size(); ++i) x.segment<3>(k_ + 3 * rows.node[i]) += w[i] * rows.direction.row(i).transpose();
+  };
+  if (!g_.isZero(0)) spread(g_, 1, q);
+  if (was_in_contact_) spread(g_ - g_before_, 1 / h_, rates);
+}
+
+void StaticsBody::displacements(Points& u, Points& v) const {
+  Vector q, rates;
+  coordinates(q, rates);
+  const Index n = reference_positions().rows();
+  u = Eigen::Map<const Points>(q.data() + k_, n, 3) * T_.transpose();
+  v = Eigen::Map<const Points>(rates.data() + k_, n, 3) * T_.transpose();
+}
+
+}  // namespace cbr

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A superelement whose interface answers forces at once, beside modes that move by themselves.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "dynamics/motion/modal/statics_form.hpp"
+#include "dynamics/motion/modal/superelement_body.hpp"
+
+namespace cbr {
+
+// u_c = V_c eta + B F B^T (f + g). Contact at the end of a step finds the force lambda there, given as impulse / h. Statics follow
+// it: g_end = (1 - theta) g + theta lambda, theta = h / StaticsForm::following(h), 1 at the critical step and above. The interface
+// moves by theta B F B^T lambda, which is in its response.
+// Massless: the modes feel lambda from then on as half a kick before and half a kick after that moment. With Scheme::exact that is
+// Gautschi's trigonometric scheme, by the gain of set_contact_step(); with central differences leapfrog. docs/theory.md, (39), (40). Not
+// with Scheme::newmark. Shapes with mass: the modes get the impulse at the start of the step, as those of SuperelementBody. The
+// force that ends a step acted in all of it, so that what springs without mass do is of first order in the step, and loses energy
+// and never brings any. Neither with add_velocities() or nodal_masses().
+class StaticsBody final : public Body {
+ public:
+  StaticsBody(std::string name, std::shared_ptr<const Superelement> superelement, std::shared_ptr<const StaticsForm> form,
+              const Placement& placement, Scheme scheme, const NewmarkOptions& newmark = {});
+
+  const std::string& name() const override { return modal_.name(); }
+  Index n_dofs() const override { return modal_.n_dofs(); }
+  double largest_frequency() const override { return form_->omega_limit; }
+  Scheme scheme() const override { return modal_.scheme(); }
+  double contact_share() const override { return form_->is_massless ? 0.2 : 1; }
+  void set_contact_step(double h) override { modal_.set_contact_step(h); }
+  const Points& reference_positions() const override { return modal_.reference_positions(); }
+
+  // Of the modes: statics follow forces at once, without damping.
+  void damp(const Damping& damping) override { modal_.damp(damping); }
+
+  Index track(const std::vector<Index>& nodes) override;
+  void positions(Index set, Points& x) const override;
+  void predicted_positions(Index set, Points& x) const override;
+  MotionBound motion_bound(Index set) const override;
+  MotionBound quick_motion_bound(Index set) const override;
+  bool at_rest() const override { return modal_.at_rest() && g_.isZero(0) && loads_.empty(); }
+  Index track_mean(const std::vector<Index>& nodes) override;
+  void mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
+
+  void predict(double t, double h) override;
+  using Body::add_impulses;
+  void add_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
+  void add_answered_impulses(Index set, const Points& contact, const Points& friction, const Points& move,
+                             const Vector& still) override;
+  Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
+  void accept() override;
+  // Of the modes: what statics do to velocities is over at the end of a step.
+  void end_velocities(Index set, Points& v) override { modal_.end_velocities(sets_[set].modal, v); }
+  NodeResponse velocity_response(Index set) const override;
+  void add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) override {
+    modal_.add_end_impulses(sets_[set].modal, impulses, kind);
+  }
+
+  bool has_statics() const override { return true; }
+  void relax(const Rest& rest) override;
+  NodeResponse static_response(Index set, double hold) const override;
+  void add_static_forces(Index set, const Points& forces, ImpulseKind kind) override;
+  Settled settle() override;
+  void end_load_step() override;
+  void start_motion(double h) override;
+  const SuperelementBody& modal() const { return modal_; }
+  SuperelementBody& modal() { return modal_; }
+  const StaticRows& static_rows() const { return form_->rows; }  // of all nodes, component axes
+  Vector static_load() const;                                    // of all loads with a factor of 1, s
+
+  NodeResponse response(Index set, double h) const override;
+  Points nodal_masses(Index set) const override;
+  void add_force(const Points& forces, const LoadHistory& history) override;
+  void add_gravity(const Vector3& acceleration, const LoadHistory& history) override { modal_.add_gravity(acceleration, history); }
+  void add_modal_force(const Vector& forces, const LoadHistory& history) override { modal_.add_modal_force(forces, history); }
+
+  BodyState state() const override;
+  BodyWork work() const override;
+  void displacements(Points& u, Points& v) const override;
+  void coordinates(Vector& q, Vector& rates) const override;
+  void keep_state(StateArchive& archive) override;
+
+ private:
+  // Of the set's static rows (s'), now and at the end of the step. w: F (f + g); force, friction: g, of all and of friction.
+  struct NodeSet {
+    Index modal = 0;
+    std::shared_ptr<const StaticsForm::OfNodes> of;
+    Vector w, w_end, force, force_end, friction, friction_end;
+  };
+  struct MeanSet {
+    Index modal = 0;
+    std::shared_ptr<const Matrix> Vt;  // n x 3
+    Matrix F;                          // s x 3, mean over the nodes of B F's rows
+  };
+  struct StaticLoad {
+    Vector f, Ff;  // s
+    LoadHistory history;
+  };
+
+  void keep_load_step();
+  NodeResponse massless_static_response(const NodeSet& set, const ResponseOf& of, const Vector& weight) const;
+  double follow_on(double share);
+  void add_rows(const NodeSet& set, const Vector& w, Points& x) const;
+  void pressed_by(const NodeSet& set, const Points& impulses, Vector& rows) const;
+  void push(Index set, const Vector& pressed, const Vector& still);
+  void kick(Index set, const Points& impulses, ImpulseKind kind);
+  MotionBound with_statics(MotionBound bound, Index set) const;
+
+  SuperelementBody modal_;
+  std::shared_ptr<const Superelement> superelement_;
+  std::shared_ptr<const StaticsForm> form_;
+  Matrix3 T_;
+  Index k_ = 0;
+  // At the end of the last load step, of each set and of the whole body.
+  struct LoadStep {
+    std::vector<Vector> w, force, friction;
+    Vector g;
+    std::vector<double> loads;
+  };
+  std::vector<NodeSet> sets_;
+  LoadStep load_step_;  // empty before the first relax()
+  std::vector<MeanSet> means_;
+  std::vector<StaticLoad> loads_;
+  Vector g_, g_end_, g_before_;  // s, f + g along the rows; before: of the last step
+  Vector eta_before_;
+  std::vector<double> loads_now_, loads_end_;  // values of the histories
+  Vector pressed_, rubbed_;                    // workspaces: impulses / h along a set's rows
+  Matrix rows_, still_;
+  std::vector<Index> columns_;
+  double t_ = 0, h_ = 0, following_ = 0;
+  bool is_pushed_ = false, was_in_contact_ = false;  // has g at the end of this step; at the start or the end of the last one
+  bool has_force_ = false;                           // has g now
+  double still_left_ = 0;                            // of g since contact last pushed, a share
+  BodyWork work_;                                    // of the statics
+};
+
+}  // namespace cbr

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A superelement with statics in equilibrium: modes as ever, and what forces do at once.
+#include "dynamics/motion/modal/statics_body.hpp"
+
+namespace cbr {
+namespace {
+
+// B F B^T of a set's nodes   (3 m x 3 m)
+Matrix formed(const StaticRows& rows, Index n_nodes) {
+  Matrix all = Matrix::Zero(3 * n_nodes, 3 * n_nodes);
+  for (Index j = 0; j < rows.size(); ++j)
+    for (Index i = 0; i < rows.size(); ++i)
+      all.block<3, 3>(3 * rows.node[i], 3 * rows.node[j]) +=
+          (*rows.F)(i, j) * rows.direction.row(i).transpose() * rows.direction.row(j);
+  return all;
+}
+
+}  // namespace
+
+void StaticsBody::keep_load_step() {
+  load_step_.w.clear(), load_step_.force.clear(), load_step_.friction.clear();
+  for (const NodeSet& set : sets_) {
+    load_step_.w.push_back(set.w);
+    load_step_.force.push_back(set.force);
+    load_step_.friction.push_back(set.friction);
+  }
+  load_step_.g = g_;
+  load_step_.loads = loads_now_;
+}
+
+void StaticsBody::relax(const Rest& rest) {
+  if (load_step_.g.size() == 0) {
+    // The statics of loads that add_force() found at the start come with the first load step
+    g_.setZero();
+    for (NodeSet& set : sets_) set.w.setZero();
+    std::fill(loads_now_.begin(), loads_now_.end(), 0.0);
+    keep_load_step();
+  }
+  modal_.relax(rest);
+  following_ = 1;  // a force is as it is
+  g_end_.setZero();
+  for (NodeSet& set : sets_) {
+    for (Vector* x : {&set.w_end, &set.force_end, &set.friction_end}) x->setZero();
+  }
+  for (std::size_t l = 0; l < loads_.size(); ++l) {
+    loads_end_[l] = rest.share * loads_[l].history.value(rest.t);
+    g_end_ += loads_end_[l] * loads_[l].f;
+    for (NodeSet& set : sets_)
+      for (std::size_t i = 0; i < set.of->row.size(); ++i)
+        set.w_end[static_cast<Index>(i)] += loads_end_[l] * loads_[l].Ff[set.of->row[i]];
+  }
+  is_pushed_ = true;
+}
+
+NodeResponse StaticsBody::massless_static_response(const NodeSet& set, const ResponseOf& of, const Vector& weight) const {
+  NodeResponse response;
+  response.set_block(*modal_.node_rows(set.modal).response(of, weight) +
+                     formed(*set.of->rows, static_cast<Index>(set.of->nodes.size())));
+  response.axes = T_;
+  return response;
+}
+
+NodeResponse StaticsBody::static_response(Index set, double hold) const {
+  Vector weight;
+  const ResponseOf of = modal_.static_response_of(hold, weight);
+  if (form_->is_massless) return massless_static_response(sets_[set], of, weight);
+  NodeResponse response;
+  response.thin = form_->response(sets_[set].of, of, weight);
+  response.axes = T_;
+  return response;
+}
+
+void StaticsBody::add_static_forces(Index set, const Points& forces, ImpulseKind kind) {
+  NodeSet& its = sets_[set];
+  pressed_by(its, forces, pressed_);
+  rows_ = pressed_;
+  press(*its.of->rows, rows_, still_, columns_);
+  push(set, pressed_, still_.col(0));
+  if (kind == ImpulseKind::friction) its.friction_end += pressed_;
+  modal_.add_static_forces(its.modal, forces, kind);
+}
+
+Settled StaticsBody::settle() {
+  Settled settled = modal_.settle();
+  const Vector change = g_end_ - g_;
+  settled.change += change.dot(*form_->rows.F * change);
+  settled.energy += g_end_.dot(*form_->rows.F * g_end_);
+  for (NodeSet& set : sets_) {
+    set.w = set.w_end;
+    set.force = set.force_end;
+    set.friction = set.friction_end;
+  }
+  g_ = g_end_;
+  loads_now_ = loads_end_;
+  has_force_ = true;
+  return settled;
+}
+
+void StaticsBody::end_load_step() {
+  modal_.end_load_step();
+  for (std::size_t s = 0; s < sets_.size(); ++s) {
+    const Vector move = sets_[s].w - load_step_.w[s];
+    const double friction = 0.5 * move.dot(load_step_.friction[s] + sets_[s].friction);
+    work_.friction += friction;
+    work_.contact += 0.5 * move.dot(load_step_.force[s] + sets_[s].force) - friction;
+  }
+  for (std::size_t l = 0; l < loads_.size(); ++l)
+    work_.external += 0.5 * (load_step_.loads[l] + loads_now_[l]) * loads_[l].Ff.dot(g_ - load_step_.g);
+  keep_load_step();
+}
+
+// Forces that last have been followed for long.
+void StaticsBody::start_motion(double h) {
+  if (load_step_.g.size() == 0) return;
+  work_ = BodyWork();
+  h_ = h;
+  g_before_ = g_;
+  was_in_contact_ = has_force_ = true;
+  still_left_ = 1;
+  if (form_->is_massless) {
+    eta_before_ = modal_.modal_coordinates();
+    modal_.start_late_motion(h);
+  } else {
+    modal_.start_motion(h);
+  }
+}
+
+}  // namespace cbr

@@ -1,0 +1,293 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/motion/modal/superelement_body.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <utility>
+
+#include "common/linalg/dense.hpp"
+#include "dynamics/motion/modal/contact_gain.hpp"
+
+namespace cbr {
+namespace {
+
+Eigen::Map<Vector> flat(Points& p) { return {p.data(), p.size()}; }
+
+}  // namespace
+
+SuperelementBody::SuperelementBody(std::string name, std::shared_ptr<const Superelement> superelement,
+                                   std::shared_ptr<const DiagonalForm> form, const Placement& placement, Scheme scheme,
+                                   const NewmarkOptions& newmark)
+    : name_(std::move(name)),
+      superelement_(std::move(superelement)),
+      form_(std::move(form)),
+      placement_(placement),
+      scheme_(scheme),
+      newmark_(newmark),
+      rows_(form_->shared.row_table(*superelement_)) {
+  X_ = (superelement_->coordinates * placement_.T.transpose()).rowwise() + placement_.position.transpose();
+  const Index n = form_->omega.size();
+  for (Vector* x : {&eta_, &v_, &eta_end_, &v_end_, &kick_, &friction_kick_, &end_kick_, &f_, &f0_, &f1_, &work_eta_, &work_v_})
+    x->setZero(n);
+  // v = V^T M^ R_t v0: the rigid motion, or its projection when directions are held.
+  v_.noalias() = form_->E.leftCols(3) * (placement_.T.transpose() * placement_.velocity);
+}
+
+double SuperelementBody::largest_frequency() const { return form_->omega.size() ? form_->omega.maxCoeff() : 0; }
+
+Index SuperelementBody::track(const std::vector<Index>& nodes) {
+  sets_.push_back({form_->shared.rows(form_->V, *rows_, nodes), X_(nodes, Eigen::all)});
+  local_.resize(std::max<Index>(local_.rows(), static_cast<Index>(nodes.size())), 3);
+  return static_cast<Index>(sets_.size()) - 1;
+}
+
+Index SuperelementBody::track_mean(const std::vector<Index>& nodes) {
+  means_.push_back({form_->shared.mean_rows(form_->V, *rows_, nodes), X_(nodes, Eigen::all).colwise().mean().transpose()});
+  return static_cast<Index>(means_.size()) - 1;
+}
+
+void SuperelementBody::positions(Index set, Points& x) const {
+  sets_[set].rows->displacements(eta_, placement_.T, x);
+  x += sets_[set].X;
+}
+
+void SuperelementBody::predicted_positions(Index set, Points& x) const {
+  sets_[set].rows->displacements(eta_end_, placement_.T, x);
+  x += sets_[set].X;
+}
+
+void SuperelementBody::mean_motion(Index set, Vector3& position, Vector3& velocity) const {
+  const MeanSet& s = means_[set];
+  position = s.X, velocity.setZero();
+  if (eta_.size() == 0) return;
+  position += placement_.T * Vector3(s.Vt->transpose() * eta_);
+  velocity = placement_.T * Vector3(s.Vt->transpose() * present_rates());
+}
+
+void SuperelementBody::load_amplitudes(double t, Vector& f) const {
+  f.setZero(form_->omega.size());
+  for (const auto& load : loads_) f += load.history.value(t) * load.amplitude;
+}
+
+const ModalPropagator& SuperelementBody::propagator(double h) const {
+  if (regular_ && regular_->h == h) return *regular_;
+  std::swap(regular_, other_);
+  if (!regular_ || regular_->h != h) regular_ = make_propagator(h);
+  return *regular_;
+}
+
+// From t_ to t_ + h_ with loads, cut at the histories' breakpoints so that each part is linear in time.
+void SuperelementBody::propagate(const Vector& eta, const Vector& v, Vector& eta_end, Vector& v_end, double* external_work) {
+  if (loads_.empty()) return propagate_free(propagator(h_), eta, v, eta_end, v_end);
+  eta_end = eta, v_end = v;
+  breakpoints_.cut(t_, h_, [&](double from, double to, bool whole) {
+    const ModalPropagator shorter = whole         ? ModalPropagator{}
+                                    : is_damped() ? damped_propagator(form_->omega, damping_.c, to - from, true)
+                                                  : modal_propagator(form_->omega, to - from, true);
+    const ModalPropagator& step = whole ? propagator(h_) : shorter;
+    work_eta_ = eta_end, work_v_ = v_end;
+    load_amplitudes(from, f0_);
+    load_amplitudes(to, f1_);
+    propagate_free(step, work_eta_, work_v_, eta_end, v_end);
+    add_load(step, f0_, f1_, eta_end, v_end);
+    if (external_work) *external_work += load_work(step, work_eta_, work_v_, eta_end, f0_, f1_, weight_);
+  });
+}
+
+// Leapfrog: v+ = v- + (h- + h)/2 (f - omega^2 eta), eta+ = eta + h v+. At the start v- is half a step before t = 0.
+void SuperelementBody::predict_central(double h) {
+  load_amplitudes(t_, f_);
+  if (is_damped()) return predict_central_damped();
+  v_end_ = f_ - form_->omega.cwiseAbs2().cwiseProduct(eta_);
+  if (last_h_ == 0) {
+    // The half kick back is booked as work of the loads, so that the energy balance starts from the given velocity.
+    work_.external += 0.5 * h * v_end_.dot(0.25 * h * v_end_ - v_);
+    v_ -= 0.5 * h * v_end_;
+    last_h_ = h;
+  }
+  v_end_ = v_ + 0.5 * (last_h_ + h) * v_end_;
+  eta_end_ = eta_ + h * v_end_;
+}
+
+void SuperelementBody::set_contact_step(double h) {
+  if (!is_exact() || largest_frequency() * h > 2.1) return;  // above: forced steps
+  contact_step_ = h;
+  gain_ = is_damped() ? contact_gain(form_->omega, damping_.c, form_->n_rigid, h) : contact_gain(form_->omega, h);
+  weight_ = gain_.cwiseInverse();
+}
+
+// sum of a_j b_j, each mode weighed as its energy is.
+double SuperelementBody::energy_product(const Vector& a, const Vector& b) const {
+  return weight_.size() > 0 ? (a.array() * b.array() * weight_.array()).sum() : a.dot(b);
+}
+
+void SuperelementBody::predict(double t, double h) {
+  t_ = t, h_ = h;
+  kicked_ = rubbed_ = end_kicked_ = false;
+  if (late_end_kick_.size() > 0) late_end_kick_.setZero(), late_end_friction_.setZero();
+  switch (scheme_) {
+    case Scheme::exact:
+      propagate(eta_, v_, eta_end_, v_end_, nullptr);
+      break;
+    case Scheme::central_difference:
+      predict_central(h);
+      break;
+    case Scheme::newmark:
+      predict_newmark(h);
+      break;
+  }
+}
+
+void SuperelementBody::add_impulses(Index set, const Points& impulses, ImpulseKind kind) {
+  sets_[set].rows->kick(impulses, placement_.T, local_, f_);
+  if (gain_.size() > 0) f_.array() *= gain_.array();
+  if (!kicked_) kick_.setZero();
+  kick_ += f_;
+  kicked_ = true;
+  if (kind == ImpulseKind::friction) {
+    if (!rubbed_) friction_kick_.setZero();
+    friction_kick_ += f_;
+    rubbed_ = true;
+  }
+  if (is_exact()) {
+    const ModalPropagator& step = propagator(h_);
+    eta_end_.array() += step.s.array() * f_.array();
+    v_end_.array() += step.velocity_left().array() * f_.array();
+  } else if (scheme_ == Scheme::newmark) {
+    push_newmark(f_);
+  } else if (is_damped()) {
+    const Vector change = kicked_by(f_);
+    eta_end_ += h_ * change;
+    v_end_ += change;
+  } else {
+    eta_end_ += h_ * f_;
+    v_end_ += f_;
+  }
+}
+
+void SuperelementBody::add_late(Index set, const Points& impulses, ImpulseKind kind) {
+  if (late_kick_.size() == 0)
+    for (Vector* kick : {&late_kick_, &late_friction_, &late_end_kick_, &late_end_friction_}) kick->setZero(eta_.size());
+  sets_[set].rows->kick(impulses, placement_.T, local_, f_);
+  if (gain_.size() > 0) f_.array() *= gain_.array();
+  late_end_kick_ += f_;
+  if (kind == ImpulseKind::friction) late_end_friction_ += f_;
+  v_end_ += f_;
+}
+
+Vector3 SuperelementBody::add_velocities(Index set, const Points& velocities, const Vector3& momentum) {
+  assert(scheme_ != Scheme::newmark && gain_.size() == 0 && !is_damped());
+  const Matrix3& T = placement_.T;
+  const Matrix& B = velocity_map(*sets_[set].rows);
+  // change = V^T M^ [0; dv]: V^-1 of a velocity of the interface dofs alone
+  Points local = velocities * T;
+  f_.noalias() = B * flat(local);
+  // Uniform velocity of the set's nodes for the rest of the momentum: T E^T B [I; I; ...] T^T extra = momentum - T E^T f   (3 x 3)
+  Matrix uniform = Matrix::Zero(f_.size(), 3);
+  for (Index i = 0; i < B.cols(); ++i) uniform.col(i % 3) += B.col(i);
+  const auto to_momentum = form_->E.leftCols(3).transpose();
+  const Matrix3 mass = T * (to_momentum * uniform) * T.transpose();
+  const Vector3 missing = momentum - T * (to_momentum * f_);
+  const Vector3 extra = solve_semidefinite(mass, missing).value_or(Vector3::Zero());
+  f_.noalias() += uniform * (T.transpose() * extra);
+  if (is_exact()) {
+    if (!end_kicked_) end_kick_.setZero();
+    end_kick_ += f_;
+    end_kicked_ = true;
+  } else {
+    if (!kicked_) kick_.setZero();
+    kick_ += f_;
+    kicked_ = true;
+  }
+  eta_end_ += h_ * f_;
+  v_end_ += f_;
+  return extra;
+}
+
+// Its share of what has been booked as work of contact.
+void SuperelementBody::book_friction(double work) {
+  work_.friction += work;
+  work_.contact -= work;
+}
+
+// Work of forces from the middle of the kick at the start to that of the kick at the end.
+void SuperelementBody::book_late_exact() {
+  const auto work = [&](const Vector& start, const Vector& end) {
+    return 0.5 * energy_product(start, v_) - 0.125 * energy_product(start, late_kick_) + 0.5 * energy_product(end, v_end_) -
+           0.375 * energy_product(end, late_end_kick_);
+  };
+  work_.contact += work(late_kick_, late_end_kick_);
+  book_friction(work(late_friction_, late_end_friction_));
+}
+
+void SuperelementBody::accept_exact() {
+  if (kicked_) work_.contact += energy_product(kick_, v_) + 0.5 * energy_product(kick_, kick_);
+  if (rubbed_) book_friction(energy_product(friction_kick_, v_) + 0.5 * energy_product(friction_kick_, kick_));
+  if (is_damped()) {
+    // Between the kicks energy changes by the loads' work and by what damping takes
+    if (kicked_) v_ += kick_;
+    double external = 0;
+    propagate(eta_, v_, eta_end_, v_end_, &external);
+    work_.external += external;
+    work_.damping += flow_energy(eta_end_, v_end_) - flow_energy(eta_, v_) - external;
+    if (late_end_kick_.size() > 0) v_end_ += late_end_kick_;
+  } else if (!loads_.empty()) {
+    if (kicked_) v_ += kick_;
+    propagate(eta_, v_, eta_end_, v_end_, &work_.external);
+    if (late_end_kick_.size() > 0) v_end_ += late_end_kick_;
+  }
+  if (late_kick_.size() > 0) book_late_exact();
+  if (!end_kicked_) return;
+  if (!loads_.empty()) eta_end_ += h_ * end_kick_, v_end_ += end_kick_;
+  // Energy that the change at the end of the step brought: of (eta + h d, v + d) less that of (eta, v)
+  const auto omega2 = form_->omega.cwiseAbs2().array();
+  work_.contact += end_kick_.dot(v_end_) - 0.5 * end_kick_.squaredNorm() +
+                   h_ * (omega2 * end_kick_.array() * (eta_end_ - 0.5 * h_ * end_kick_).array()).sum();
+}
+
+void SuperelementBody::accept_central() {
+  // What the rates were before and after all of the forces at the start
+  const bool late = late_kick_.size() > 0;
+  if (late) {
+    v_ -= late_kick_;
+    v_end_ -= late_end_kick_;
+    work_.contact += 0.5 * (late_kick_ + late_end_kick_).dot(v_end_);
+    book_friction(0.5 * (late_friction_ + late_end_friction_).dot(v_end_));
+  }
+  if (is_damped()) work_.damping -= 0.25 * (damping_.c.array() * (last_h_ * v_ + h_ * v_end_).array()).matrix().dot(v_ + v_end_);
+  // v- and v+ average: the work of the kick and of the load that the leapfrog's own energy answers to
+  const double mean_h = 0.5 * (last_h_ + h_);
+  if (kicked_) work_.contact += 0.5 * kick_.dot(v_ + v_end_);
+  if (rubbed_) book_friction(0.5 * friction_kick_.dot(v_ + v_end_));
+  if (!loads_.empty()) {
+    load_amplitudes(t_, f_);
+    work_.external += 0.5 * mean_h * f_.dot(v_ + v_end_);
+  }
+  // Its energy holds a term -h/2 v . omega^2 eta: a change of h brings (h - h-)/4 omega^2 eta . (v+ - v-).
+  if (h_ != last_h_) work_.numerical += 0.25 * (h_ - last_h_) * form_->omega.cwiseAbs2().cwiseProduct(eta_).dot(v_end_ - v_);
+  last_h_ = h_;
+  if (late) v_end_ += late_end_kick_;
+}
+
+void SuperelementBody::accept() {
+  switch (scheme_) {
+    case Scheme::exact:
+      accept_exact();
+      break;
+    case Scheme::central_difference:
+      accept_central();
+      break;
+    case Scheme::newmark:
+      arrive_newmark();
+      arrived_ = false;
+      break;
+  }
+  late_kick_.swap(late_end_kick_);
+  late_friction_.swap(late_end_friction_);
+  eta_.swap(eta_end_);
+  v_.swap(v_end_);
+  t_ += h_;
+}
+
+}  // namespace cbr

@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Front door of dynamics/motion/modal: superelements in modal coordinates, advanced exactly; large
+// rotations.
+//
+// A superelement that moves: modal coordinates of the diagonal form, advanced exactly, by central differences or by Newmark.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/superelement/superelement.hpp"
+#include "dynamics/motion/body.hpp"
+#include "dynamics/motion/breakpoints.hpp"
+#include "dynamics/motion/modal/diagonal_form.hpp"
+#include "dynamics/motion/modal/modal_propagator.hpp"
+#include "dynamics/motion/newmark.hpp"
+#include "dynamics/motion/static_state.hpp"
+
+namespace cbr {
+
+// Where an instance of a component is: x_scene = T x_component + position, u_scene = T u_component.
+struct Placement {
+  Matrix3 T = Matrix3::Identity();
+  Vector3 position = Vector3::Zero();
+  Vector3 velocity = Vector3::Zero();  // of the whole body at the start, scene axes
+};
+
+// Assumes small displacements and rotations relative to the placed component (state().rotation says how far that is stretched).
+class SuperelementBody final : public Body {
+ public:
+  // `form` belongs to `superelement`; both are shared by the instances of a component (a held instance has its own form).
+  // add_velocities() and nodal_masses() need the superelement's matrices. Not with Scheme::newmark: add_velocities(),
+  // motion_bound(). `newmark` is looked at with Scheme::newmark only.
+  SuperelementBody(std::string name, std::shared_ptr<const Superelement> superelement, std::shared_ptr<const DiagonalForm> form,
+                   const Placement& placement, Scheme scheme, const NewmarkOptions& newmark = {});
+
+  const std::string& name() const override { return name_; }
+  Index n_dofs() const override { return form_->omega.size(); }
+  double largest_frequency() const override;
+  Scheme scheme() const override { return scheme_; }
+  const Points& reference_positions() const override { return X_; }
+
+  void damp(const Damping& damping) override;
+
+  Index track(const std::vector<Index>& nodes) override;
+  void positions(Index set, Points& x) const override;
+  void predicted_positions(Index set, Points& x) const override;
+  MotionBound motion_bound(Index set) const override;
+  MotionBound quick_motion_bound(Index set) const override;
+  bool is_damped() const { return damping_.hash != 0; }
+  bool at_rest() const override { return loads_.empty() && v_.isZero(0) && eta_.isZero(0); }
+  Index track_mean(const std::vector<Index>& nodes) override;
+  void mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
+
+  void set_contact_step(double h) override;
+  void predict(double t, double h) override;
+  using Body::add_impulses;
+  void add_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
+  Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
+  void accept() override;
+  void end_velocities(Index set, Points& v) override;
+  NodeResponse velocity_response(Index set) const override;
+  // Without Newmark: forces at the end of the step, which StaticsBody knows then, times the step. Energies are of the middle of
+  // such a kick, momentum is of its end; with central differences it is half of what the rates of the next step get.
+  void add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
+  bool has_statics() const override { return true; }
+  void relax(const Rest& rest) override;
+  NodeResponse static_response(Index set, double hold) const override;
+  void add_static_forces(Index set, const Points& forces, ImpulseKind kind) override;
+  Settled settle() override;
+  void end_load_step() override;
+  void start_motion(double h) override;
+  // The same with the forces of contact at the ends of steps, as those of add_end_impulses().
+  void start_late_motion(double h);
+  ResponseOf static_response_of(double hold, Vector& weight) const;  // as response_of()
+  double mass() const { return superelement_->rigid_body.mass; }
+  Vector3 predicted_center_of_mass() const;  // as predicted_positions()
+  const Vector& modal_coordinates() const { return eta_; }
+  // What a harmonic response and mode shapes are made of.
+  const DiagonalForm& form() const { return *form_; }
+  const Vector& damping_rates() const { return damping_.c; }  // empty: none
+  const Matrix3& axes() const { return placement_.T; }
+  const IndexTable& rows() const { return *rows_; }  // of form().V, for each node and component; -1: none
+  Vector load_amplitude() const;                     // of all loads with a factor of 1, n
+  void take_shape(const Vector& eta);                // at rest there, until the next predict()
+  // From here on forces on nodes are also summed, with a factor of 1 (N x 3, component axes).
+  void sum_forces() { forces_ = Points::Zero(X_.rows(), 3); }
+  const Points& forces() const { return forces_; }
+  // What response(set, h) is V_c diag(weight) V_c^T of, for those that do not want it formed; the rows V_c of a set.
+  ResponseOf response_of(double h, Vector& weight) const;
+  const NodeRows& node_rows(Index set) const { return *sets_[set].rows; }
+
+  NodeResponse response(Index set, double h) const override;
+  Points nodal_masses(Index set) const override;
+  void add_force(const Points& forces, const LoadHistory& history) override;
+  void add_gravity(const Vector3& acceleration, const LoadHistory& history) override;
+  void add_modal_force(const Vector& forces, const LoadHistory& history) override;
+
+  BodyState state() const override;
+  BodyWork work() const override { return work_; }
+  void displacements(Points& u, Points& v) const override;
+  void coordinates(Vector& q, Vector& rates) const override;  // q = V eta
+  void keep_state(StateArchive& archive) override;
+
+ private:
+  struct NodeSet {
+    std::shared_ptr<const NodeRows> rows;
+    Points X;  // m x 3, scene axes
+  };
+  struct MeanSet {
+    std::shared_ptr<const Matrix> Vt;  // n x 3, component axes
+    Vector3 X;                         // scene axes
+  };
+  struct ModalLoad {
+    Vector amplitude;  // n, V^T f
+    LoadHistory history;
+  };
+
+  const Matrix& velocity_map(const NodeRows& rows) const;
+  const ModalPropagator& propagator(double h) const;
+  const Vector& present_rates() const;
+  MotionBound bound(Index set, bool quick) const;  // eta' at the time of eta
+  void append_load(const Vector& amplitude, const LoadHistory& history);
+  void load_amplitudes(double t, Vector& f) const;
+  void propagate(const Vector& eta, const Vector& v, Vector& eta_end, Vector& v_end, double* external_work);
+  void add_late(Index set, const Points& impulses, ImpulseKind kind);
+  double flow_energy(const Vector& eta, const Vector& v) const;
+  std::shared_ptr<const ModalPropagator> make_propagator(double h) const;
+  double static_pull() const;
+  Vector contact_kick(double h, const Vector& force) const;
+  Vector kicked_by(const Vector& kick) const;
+  void predict_central(double h);
+  void predict_central_damped();
+  void predict_newmark_damped(double h);
+  void accept_newmark_damped();
+  const Vector& newmark_weight(double h) const;
+  void predict_newmark(double h);
+  void push_newmark(const Vector& kick);
+  void book_late_exact();
+  void accept_exact();
+  void accept_central();
+  void accept_newmark();
+  void newmark_rates();
+  double energy_product(const Vector& a, const Vector& b) const;
+  void book_friction(double work);
+  void arrive_newmark();
+
+  std::string name_;
+  std::shared_ptr<const Superelement> superelement_;
+  std::shared_ptr<const DiagonalForm> form_;
+  Placement placement_;
+  Scheme scheme_;
+  NewmarkOptions newmark_;
+  std::shared_ptr<const IndexTable> rows_;
+  Points X_;
+  std::vector<NodeSet> sets_;
+  std::vector<MeanSet> means_;
+  std::vector<ModalLoad> loads_;
+  LoadNumbers load_of_;
+  Points forces_;
+  Breakpoints breakpoints_;  // of all histories
+
+  StaticState statics_;  // in modal coordinates; empty before the first relax()
+  double pull_ = 0;      // sigma of the last one
+  ModalRates damping_;
+  // Of contact impulses, and its inverse, which weighs energies; empty: 1
+  Vector gain_, weight_;
+  double contact_step_ = 0;
+  Vector eta_, v_, eta_end_, v_end_;  // central differences: v_ is half a step behind eta_
+  // Modal impulses at the start of the step, and those of friction among them; modal velocities added at its end
+  Vector kick_, friction_kick_, end_kick_;
+  bool kicked_ = false, rubbed_ = false, end_kicked_ = false;
+  // Kicks of forces at the start of the step, which v_ has, and at its end; of friction among them. Empty before the
+  // first one
+  Vector late_kick_, late_friction_, late_end_kick_, late_end_friction_;
+  Vector f_, f0_, f1_, work_eta_, work_v_;
+  Points local_;          // impulses in component axes
+  mutable Vector rates_;  // central differences: eta' at the time of eta
+  double t_ = 0, h_ = 0, last_h_ = 0;
+  mutable std::shared_ptr<const ModalPropagator> regular_, other_;  // of the last two step lengths
+  // Newmark: the step's move; modal accelerations at its start, and at its end before what the move takes from them; of HHT-alpha
+  // the last step's move and change of load
+  Vector d_, a_, e_, move_, load_change_;
+  mutable Vector newmark_weight_;
+  mutable double newmark_h_ = 0;
+  mutable Index n_soft_ = 0;                // modes whose omega h is not large
+  bool started_ = false, arrived_ = false;  // arrived_: the end of the step is known, impulses included
+  BodyWork work_;
+};
+
+}  // namespace cbr

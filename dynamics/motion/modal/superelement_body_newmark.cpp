@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A superelement under Newmark's method (HHT-alpha): its modes are uncoupled, so a step solves nothing.
+
+#include <algorithm>
+#include <cassert>
+
+#include "dynamics/motion/modal/superelement_body.hpp"
+
+namespace cbr {
+namespace {
+
+constexpr double stiff = 20;  // omega h of a mode whose rates are taken from its move
+
+}  // namespace
+
+// h / (1 + theta omega^2): half of it is what an impulse on a mode moves its end by.
+const Vector& SuperelementBody::newmark_weight(double h) const {
+  if (newmark_h_ != h || newmark_weight_.size() != form_->omega.size()) {
+    newmark_weight_ = h / (1 + newmark_.stiffness_factor(h) * form_->omega.array().square());
+    if (is_damped())
+      newmark_weight_ = h / (1 + newmark_.stiffness_factor(h) * (form_->omega.array().square() + 2 / h * damping_.c.array()));
+    newmark_h_ = h;
+    n_soft_ = std::upper_bound(form_->omega.begin(), form_->omega.end(), stiff / h) - form_->omega.begin();
+  }
+  return newmark_weight_;
+}
+
+// Of the move d = eta_1 - eta_0, which is kept by itself as it may be small beside both, with a_1 = e - (1 + alpha) omega^2 d and e
+// = (1 + alpha) f_1 - alpha f_0 - omega^2 eta_0:
+//   (1 + theta omega^2) d = h v_0 + h^2 ((1/2 - beta) a_0 + beta e).
+void SuperelementBody::predict_newmark(double h) {
+  if (is_damped()) return predict_newmark_damped(h);
+  const auto omega2 = form_->omega.array().square();
+  const double alpha = newmark_.alpha, beta = newmark_.beta();
+  if (!started_) {
+    load_amplitudes(t_, f0_);
+    a_ = f0_.array() - omega2 * eta_.array();
+    move_.setZero(eta_.size()), load_change_.setZero(eta_.size());
+    started_ = true;
+  }
+  load_amplitudes(t_ + h, f1_);
+  e_ = (1 + alpha) * f1_.array() - alpha * f0_.array() - omega2 * eta_.array();
+  d_ = newmark_weight(h).array() * (v_ + h * ((0.5 - beta) * a_ + beta * e_)).array();
+  eta_end_ = eta_ + d_;
+}
+
+void SuperelementBody::push_newmark(const Vector& kick) {
+  d_.array() += 0.5 * newmark_weight(h_).array() * kick.array();
+  eta_end_ = eta_ + d_;
+}
+
+// The rates of the end belong to the move that contact has left. With [.] the change over a step and the mean of both its ends, of
+// the velocity and of any load, written with a bar,
+//   [eta] = h vbar + h^2 (beta - gamma / 2) [a],   beta - gamma / 2 = alpha^2 / 4,
+// and the energy changes by
+//   contact: p . [eta] / h
+//   loads:   [eta] . (fbar - k ([f] - [f]_before)),   k = alpha (1/2 + alpha)
+//   scheme:  k omega^2 [eta] . ([eta] - [eta]_before) - alpha^2 h^2 / 4 (1/2 [a . a] - alpha [a] . [a]) - alpha^2 h / 4 p . [a].
+void SuperelementBody::accept_newmark() {
+  if (is_damped()) return accept_newmark_damped();
+  const auto omega2 = form_->omega.array().square();
+  const double alpha = newmark_.alpha, quarter = 0.25 * alpha * alpha * h_, k = alpha * (0.5 + alpha);
+  if (kicked_) work_.contact += kick_.dot(d_) / h_;
+  if (rubbed_) book_friction(friction_kick_.dot(d_) / h_);
+  e_.array() -= (1 + alpha) * omega2 * d_.array();  // a_1
+  newmark_rates();
+  if (!loads_.empty()) {
+    work_.external += 0.5 * d_.dot(f0_ + f1_);
+    if (alpha != 0) work_.external -= k * d_.dot(f1_ - f0_ - load_change_);
+  }
+  if (alpha != 0) {
+    work_.numerical += k * (omega2 * d_.array() * (d_ - move_).array()).sum() -
+                       quarter * h_ * (0.5 * (e_ - a_).dot(e_ + a_) - alpha * (e_ - a_).squaredNorm());
+    if (kicked_) work_.numerical -= quarter * kick_.dot(e_ - a_);
+    load_change_ = f1_ - f0_;
+    move_.swap(d_);
+  }
+  a_.swap(e_);
+  f0_.swap(f1_);
+}
+
+// v_1 of the move and of a_0, a_1 (in e). With alpha = 0 a step is a map (eta, v)_0 -> (eta, v)_1 of determinant 1, which keeps the
+// energy. Written with coefficients that are rounded it has to be so too, or else the energy grows or decays by some 1e-16 in every
+// step: as three shears, each of which has determinant 1 whatever its coefficient. Up to omega h = 20 these are
+//   v* = v_0 + h/2 a_0,   eta_1 = eta_0 + d(v*),   v_1 = v* + h/2 a_1,
+// which at larger omega h takes v_1 as a small difference of large numbers; there the roles of eta and v are exchanged, nearly:
+//   v_1 = 2/h d - v_0,   eta_1 = (f_0 + f_1 - 2/h (v_1 - v_0 - p)) / omega^2 - eta_0,   a_1 = f_1 - omega^2 eta_1.
+void SuperelementBody::newmark_rates() {
+  const double alpha = newmark_.alpha, gamma = newmark_.gamma();
+  const Index m = n_soft_, n = eta_.size() - n_soft_;
+  v_end_.head(m) = v_.head(m) + h_ * ((1 - gamma) * a_.head(m) + gamma * e_.head(m));
+  if (kicked_) v_end_.head(m) += kick_.head(m);
+  if (n == 0) return;
+  v_end_.tail(n) = (2 / h_) * d_.tail(n) - v_.tail(n);
+  if (alpha != 0) {
+    v_end_.tail(n) -= 0.5 * alpha * alpha * h_ * (e_.tail(n) - a_.tail(n));
+    return;
+  }
+  f_.tail(n) = v_end_.tail(n) - v_.tail(n);
+  if (kicked_) f_.tail(n) -= kick_.tail(n);
+  const auto omega2 = form_->omega.tail(n).array().square();
+  eta_end_.tail(n) = (f0_.tail(n) + f1_.tail(n) - (2 / h_) * f_.tail(n)).array() / omega2 - eta_.tail(n).array();
+  e_.tail(n) = f1_.tail(n).array() - omega2 * eta_end_.tail(n).array();
+}
+
+void SuperelementBody::arrive_newmark() {
+  if (!arrived_) accept_newmark();
+  arrived_ = true;
+}
+
+void SuperelementBody::end_velocities(Index set, Points& v) {
+  arrive_newmark();
+  sets_[set].rows->displacements(v_end_, placement_.T, v);
+}
+
+NodeResponse SuperelementBody::velocity_response(Index set) const {
+  NodeResponse response;
+  response.block = sets_[set].rows->response({ResponseOf::Weight::velocity}, Vector::Ones(form_->omega.size()));
+  response.axes = placement_.T;
+  return response;
+}
+
+void SuperelementBody::add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) {
+  if (scheme_ != Scheme::newmark) return add_late(set, impulses, kind);
+  arrive_newmark();
+  sets_[set].rows->kick(impulses, placement_.T, local_, f_);
+  const double work = f_.dot(v_end_) + 0.5 * f_.squaredNorm();
+  (kind == ImpulseKind::friction ? work_.friction : work_.contact) += work;
+  v_end_ += f_;
+  if (is_damped()) a_.array() -= damping_.c.array() * f_.array();
+}
+
+}  // namespace cbr

@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What a superelement answers about itself: response, masses, loads, momentum, energy.
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <utility>
+
+#include "common/linalg/dense.hpp"
+#include "dynamics/motion/modal/superelement_body.hpp"
+
+namespace cbr {
+
+MotionBound SuperelementBody::motion_bound(Index set) const { return bound(set, false); }
+MotionBound SuperelementBody::quick_motion_bound(Index set) const { return bound(set, true); }
+
+// quick: of elastic motion the same spread for all nodes, from the largest that each mode moves one.
+MotionBound SuperelementBody::bound(Index set, bool quick) const {
+  assert(is_exact());
+  const NodeSet& s = sets_[set];
+  const Matrix3& T = placement_.T;
+  const auto Vt = s.rows->Vt();
+  const Index r = form_->n_rigid, e = eta_.size() - r, m = s.X.rows();
+  const auto omega = form_->omega.tail(e).array();
+  Vector force = Vector::Zero(eta_.size());  // largest modal force at any time
+  for (const auto& load : loads_) force += load.history.largest() * load.amplitude.cwiseAbs();
+  // Amplitude sqrt(eta^2 + (v / omega)^2); a force adds at most its impulse / omega.
+  const Vector amplitude = (eta_.tail(e).array().square() + (v_.tail(e).array() / omega).square()).sqrt();
+  const Vector rate = force.tail(e).array() / omega;
+  Vector3 spread = Vector3::Zero(), growth = spread, acceleration = spread;
+  if (quick && e > 0) {
+    const auto envelope = s.rows->envelope().bottomRows(e);
+    spread = envelope.transpose() * amplitude;
+    if (!loads_.empty()) growth = envelope.transpose() * rate;
+  }
+  const bool slows = is_damped() && r > 0 && damping_.c.head(r).maxCoeff() > 0;  // between here and x + t v
+  const bool swings = !quick && !amplitude.isZero(0);
+  MotionBound bound;
+  bound.lower = bound.lower_speed = Vector3::Constant(HUGE_VAL);
+  bound.upper = bound.upper_speed = Vector3::Constant(-HUGE_VAL);
+  bound.growth = bound.acceleration = Vector3::Zero();
+  for (Index i = 0; i < m; ++i) {
+    Vector3 u, speed;
+    for (int d = 0; d < 3; ++d) {
+      const auto rigid = Vt.col(3 * i + d).head(r);
+      const auto elastic = Vt.col(3 * i + d).tail(e).cwiseAbs();
+      u[d] = rigid.dot(eta_.head(r)), speed[d] = rigid.dot(v_.head(r));
+      if (swings) spread[d] = elastic.dot(amplitude);
+      if (loads_.empty()) continue;
+      acceleration[d] = rigid.cwiseAbs().dot(force.head(r));
+      if (!quick) growth[d] = elastic.dot(rate);
+    }
+    const Vector3 x = T * u + s.X.row(i).transpose(), v = T * speed, w = T.cwiseAbs() * spread;
+    bound.lower = bound.lower.cwiseMin(x - w), bound.upper = bound.upper.cwiseMax(x + w);
+    bound.lower_speed = bound.lower_speed.cwiseMin(v), bound.upper_speed = bound.upper_speed.cwiseMax(v);
+    if (slows) bound.lower_speed = bound.lower_speed.cwiseMin(0), bound.upper_speed = bound.upper_speed.cwiseMax(0);
+    bound.growth = bound.growth.cwiseMax(T.cwiseAbs() * growth);
+    bound.acceleration = bound.acceleration.cwiseMax(T.cwiseAbs() * acceleration);
+  }
+  return bound;
+}
+
+// w = sin(omega h)/omega, h, or h/2 / (1 + theta omega^2)
+ResponseOf SuperelementBody::response_of(double h, Vector& weight) const {
+  ResponseOf of{ResponseOf::Weight::central, h, 0};
+  if (is_exact()) {
+    of.weight = ResponseOf::Weight::exact, of.contact_step = contact_step_;
+    weight = propagator(h).s;
+    if (gain_.size() > 0) weight.array() *= gain_.array();
+  } else if (scheme_ == Scheme::newmark) {
+    of.weight = ResponseOf::Weight::newmark, of.theta = newmark_.stiffness_factor(h);
+    weight = 0.5 * newmark_weight(h);
+  } else {
+    weight.setConstant(form_->omega.size(), h);
+    if (is_damped()) weight.array() /= 1 + 0.5 * h * damping_.c.array();
+  }
+  of.damping = damping_.hash;
+  return of;
+}
+
+// S = V_c diag(w) V_c^T   (3m x 3m)
+NodeResponse SuperelementBody::response(Index set, double h) const {
+  Vector weight;
+  const ResponseOf of = response_of(h, weight);
+  NodeResponse response;
+  response.block = sets_[set].rows->response(of, weight);
+  response.axes = placement_.T;
+  return response;
+}
+
+Points SuperelementBody::nodal_masses(Index set) const {
+  const auto& nodes = sets_[set].rows->nodes();
+  const Index k = superelement_->k(), c = superelement_->c();
+  assert(superelement_->M_cc.rows() == c);
+  Points masses(static_cast<Index>(nodes.size()), 3);
+  for (Index i = 0; i < masses.rows(); ++i) {
+    Vector3 of_node = Vector3::Zero();  // component axes
+    for (int d = 0; d < 3; ++d) {
+      const Index row = (*rows_)(nodes[i], d) - k;
+      for (Index j = 0; row >= 0 && j < c; ++j)
+        of_node[d] += superelement_->dof_component[j] == d ? superelement_->M_cc(j, row) : 0;
+    }
+    masses.row(i) = (placement_.T.cwiseAbs2() * of_node).transpose();
+  }
+  return masses;
+}
+
+const Matrix& SuperelementBody::velocity_map(const NodeRows& rows) const {
+  if (rows.velocity_map.size() > 0) return rows.velocity_map;
+  const Index k = superelement_->k(), c = superelement_->c();
+  assert(superelement_->M_cc.rows() == c);
+  // M^ of unit velocities: columns [M_kc; M_cc]   ((k + c) x 3m)
+  Matrix columns = Matrix::Zero(k + c, rows.n_dofs());
+  for (Index i = 0; i < columns.cols(); ++i) {
+    const Index j = (*rows_)(rows.nodes()[static_cast<std::size_t>(i / 3)], i % 3) - k;
+    if (j < 0) continue;
+    columns.col(i).head(k) = superelement_->M_kc.col(j);
+    columns.col(i).tail(c) = superelement_->M_cc.col(j);
+  }
+  // Rows of V beyond are rotations, whose inertia is their own
+  rows.velocity_map.noalias() = form_->V.topRows(k + c).transpose() * columns;
+  return rows.velocity_map;
+}
+
+void SuperelementBody::append_load(const Vector& amplitude, const LoadHistory& history) {
+  regular_ = other_ = nullptr;
+  const std::size_t load = load_of_.find_or_add(history, loads_.size());
+  if (load < loads_.size()) {
+    loads_[load].amplitude += amplitude;
+    return;
+  }
+  loads_.push_back({amplitude, history});
+  breakpoints_.add(history);
+}
+
+Vector SuperelementBody::load_amplitude() const {
+  Vector sum = Vector::Zero(form_->omega.size());
+  for (const ModalLoad& load : loads_) sum += load.amplitude;
+  return sum;
+}
+
+void SuperelementBody::take_shape(const Vector& eta) {
+  eta_ = eta;
+  v_.setZero(eta.size());
+}
+
+void SuperelementBody::add_force(const Points& forces, const LoadHistory& history) {
+  if (forces_.size() > 0) forces_ += forces * placement_.T;
+  // V^T f with f in component axes: T^T f of each node, of few most often
+  Vector amplitude = Vector::Zero(form_->V.cols());
+  for (Index i = 0; i < forces.rows(); ++i) {
+    if (forces.row(i).isZero(0)) continue;
+    const Vector3 local = placement_.T.transpose() * forces.row(i).transpose();
+    for (int d = 0; d < 3; ++d)
+      if (const Index row = (*rows_)(i, d); row >= 0 && local[d] != 0) amplitude += local[d] * form_->V.row(row).transpose();
+  }
+  append_load(amplitude, history);
+}
+
+void SuperelementBody::add_gravity(const Vector3& acceleration, const LoadHistory& history) {
+  append_load(form_->E.leftCols(3) * (placement_.T.transpose() * acceleration), history);
+}
+
+void SuperelementBody::add_modal_force(const Vector& forces, const LoadHistory& history) {
+  append_load(form_->V.topRows(forces.size()).transpose() * forces, history);
+}
+
+// Central differences: the mid-step velocity, half a step on under the internal forces and loads, second order at t_.
+const Vector& SuperelementBody::present_rates() const {
+  if (scheme_ != Scheme::central_difference) return v_;
+  load_amplitudes(t_, rates_);
+  rates_ = v_ + 0.5 * last_h_ * (rates_ - form_->omega.cwiseAbs2().cwiseProduct(eta_));
+  if (is_damped()) rates_.array() /= 1 + 0.5 * last_h_ * damping_.c.array();
+  return rates_;
+}
+
+Vector3 SuperelementBody::predicted_center_of_mass() const {
+  // E^T eta: mass times displacement of the centre of mass
+  const RigidBody& rigid = superelement_->rigid_body;
+  const Vector3 moment = form_->E.leftCols(3).transpose() * eta_end_;
+  return placement_.T * (rigid.center + moment / rigid.mass) + placement_.position;
+}
+
+BodyState SuperelementBody::state() const {
+  const RigidBody& rigid = superelement_->rigid_body;
+  const Matrix3& T = placement_.T;
+  BodyState state;
+  // The first three columns of E^T eta are mass times displacement of the centre of mass, the last three inertia times rotation.
+  Vector moment = Vector::Zero(6), rate = moment;
+  if (eta_.size() > 0) moment = form_->E.transpose() * eta_, rate = form_->E.transpose() * present_rates();
+  state.center_of_mass = T * (rigid.center + moment.head<3>() / rigid.mass) + placement_.position;
+  state.momentum = T * rate.head<3>();
+  // A rotation is a pseudo-vector: a mirror changes its sign.
+  state.angular_momentum = T.determinant() * (T * rate.tail<3>()) + state.center_of_mass.cross(state.momentum);
+  state.rotation = solve_symmetric(rigid.inertia, moment.tail<3>()).norm();
+  if (!std::isfinite(state.rotation)) state.rotation = 0;
+  const auto omega = form_->omega.array();
+  const double strain = weight_.size() > 0 ? 0.5 * ((omega * eta_.array()).square() * weight_.array()).sum()
+                                           : 0.5 * (omega * eta_.array()).square().sum();
+  if (scheme_ != Scheme::central_difference) {
+    // In the middle of a kick of forces
+    state.kinetic_energy = 0.5 * energy_product(v_, v_);
+    if (late_kick_.size() > 0)
+      state.kinetic_energy -= 0.5 * energy_product(late_kick_, v_) - 0.125 * energy_product(late_kick_, late_kick_);
+  } else {
+    // 1/2 v- . v+ with v+ of the forces of strain and contact alone: what leapfrog conserves together with the strain energy
+    const auto before = [&](const Vector& v) { return late_kick_.size() > 0 ? v.dot(v_ - late_kick_) : v.dot(v_); };
+    state.kinetic_energy = 0.5 * before(v_) - 0.5 * last_h_ * before((omega.square() * eta_.array()).matrix());
+  }
+  state.strain_energy = strain;
+  return state;
+}
+
+void SuperelementBody::coordinates(Vector& q, Vector& rates) const {
+  const Index k = superelement_->k(), n = X_.rows();
+  q.setZero(k + 3 * n), rates.setZero(k + 3 * n);
+  if (eta_.size() == 0) return;
+  const Vector all = form_->V * eta_, all_rates = form_->V * present_rates();
+  q.head(k) = all.head(k), rates.head(k) = all_rates.head(k);
+  for (Index i = 0; i < n; ++i) {
+    for (int d = 0; d < 3; ++d) {
+      if ((*rows_)(i, d) >= 0) q[k + 3 * i + d] = all[(*rows_)(i, d)], rates[k + 3 * i + d] = all_rates[(*rows_)(i, d)];
+    }
+  }
+}
+
+void SuperelementBody::displacements(Points& u, Points& v) const {
+  Vector q, rates;
+  coordinates(q, rates);
+  const Index k = superelement_->k(), n = X_.rows();
+  u = Eigen::Map<const Points>(q.data() + k, n, 3) * placement_.T.transpose();
+  v = Eigen::Map<const Points>(rates.data() + k, n, 3) * placement_.T.transpose();
+}
+
+}  // namespace cbr

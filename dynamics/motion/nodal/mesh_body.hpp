@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Front door of dynamics/motion/nodal: full meshes by central differences.
+//
+// A full finite element model that moves by central differences.
+#pragma once
+
+#include <memory>
+#include <mutex>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/fem/assembly.hpp"
+#include "common/linalg/sparse/sparse_cholesky.hpp"
+#include "dynamics/motion/body.hpp"
+#include "dynamics/motion/modal/superelement_body.hpp"
+#include "dynamics/motion/nodal/mesh_forces.hpp"
+
+namespace cbr {
+
+// What the instances of a component share; component axes, node i is FiniteElementModel::nodes[i]. Rows are those of `forces`.
+struct MeshModel {
+  Points coordinates;  // n x 3
+  MeshForces forces;
+  std::vector<Index> row_of_node;
+  Vector mass;  // n, by rows, row sums: the lumped mass, or what a nodal enforcement and the momentum need of a consistent one
+  Vector inverse_mass;  // n, by rows, lumped mass only
+  Field arms;           // n, by rows, lumped mass only: mass times the place from the centre of mass
+  SparseMatrix M;       // 3 n x 3 n, consistent mass only; its rows are the nodes
+  Matrix MR;            // 3 n x 6, consistent mass only: M times the rigid motions about the centre of mass
+  RigidBody rigid_body;
+  double largest_frequency = 0;  // of the free model
+  // And of instances that are held, which mostly are held alike
+  struct HeldFrequencies {
+    std::mutex lock;
+    std::vector<std::pair<std::vector<HeldDirection>, double>> known;
+  };
+  std::shared_ptr<HeldFrequencies> of_held = std::make_shared<HeldFrequencies>();
+};
+
+// `lumped`: M is diagonal. RunError when the highest frequency is not found or M is not positive definite. K assembled.
+MeshModel mesh_model(const FiniteElementModel& model, const Points& coordinates, bool lumped);
+// `forces` of the same model; of an assembled K when the mass is consistent.
+MeshModel mesh_model(const FiniteElementModel& model, const Points& coordinates, bool lumped, MeshForces forces);
+
+// `held`: ascending by node, component axes.
+class MeshBody final : public Body {
+ public:
+  MeshBody(std::string name, std::shared_ptr<const MeshModel> model, const Placement& placement,
+           const std::vector<HeldDirection>& held, std::shared_ptr<RowThreads> threads);
+
+  const std::string& name() const override { return name_; }
+  Index n_dofs() const override { return 3 * model_->mass.size() - static_cast<Index>(held_.size()); }
+  double largest_frequency() const override { return critical_frequency(largest_frequency_, damping_.beta); }
+  Scheme scheme() const override { return Scheme::central_difference; }
+  const Points& reference_positions() const override { return X_; }
+
+  // Rayleigh's. InputError: damping of modes.
+  void damp(const Damping& damping) override;
+
+  Index track(const std::vector<Index>& nodes) override;
+  void positions(Index set, Points& x) const override;
+  void predicted_positions(Index set, Points& x) const override;
+  MotionBound motion_bound(Index set) const override;
+  Index track_mean(const std::vector<Index>& nodes) override;
+  void mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
+
+  // Before track() and loads: a body of the same nodes, held alike, that does statics for this one until start_motion().
+  void do_statics_with(std::unique_ptr<Body> still) { still_ = std::move(still); }
+  bool has_statics() const override { return still_ != nullptr; }
+  void relax(const Rest& rest) override { still_->relax(rest); }
+  NodeResponse static_response(Index set, double hold) const override { return still_->static_response(set, hold); }
+  void add_static_forces(Index set, const Points& forces, ImpulseKind kind) override { still_->add_static_forces(set, forces, kind); }
+  Settled settle() override { return still_->settle(); }
+  void end_load_step() override { still_->end_load_step(); }
+  void start_motion(double h) override;
+
+  void predict(double t, double h) override;
+  using Body::add_impulses;
+  void add_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
+  Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
+  void accept() override;
+
+  NodeResponse response(Index set, double h) const override;
+  Points nodal_masses(Index set) const override;
+  void add_force(const Points& forces, const LoadHistory& history) override;
+  void add_gravity(const Vector3& acceleration, const LoadHistory& history) override;
+
+  BodyState state() const override;
+  BodyWork work() const override { return work_; }
+  void displacements(Points& u, Points& v) const override;
+  void coordinates(Vector& q, Vector& rates) const override;
+  void keep_state(StateArchive& archive) override;
+
+ private:
+  struct NodalLoad {
+    std::vector<Index> rows;  // ascending: those of a surface, or all
+    Points forces;            // of these, component axes
+    LoadHistory history;
+  };
+  struct Kick {
+    Index row;
+    Vector3 impulse, v_before;  // component axes; the velocity half a step before
+    ImpulseKind kind;
+  };
+
+  bool consistent() const { return model_->M.size() > 0; }
+  std::vector<Index> rows(const std::vector<Index>& nodes) const;
+  Points by_nodes(const Field& u) const;  // rows put in the order of the nodes
+  void append_load(const Points& forces, const LoadHistory& history);
+  void hold(Field& v) const;  // takes the held directions out
+  void hold_velocity();
+  void accelerations(const Field& force, Field& a) const;  // M^-1 f on the free directions
+  void load(double t, Field& f) const;
+  void internal_forces(const Field& u, Field& Ku) const;
+  const Field& internal_forces() const;  // K u, formed once for each u
+  double held_frequency() const;         // the largest one of the free directions
+  double find_held_frequency() const;
+  double scalar_product_of_forces(const Field& v) const;  // v . K u
+  void total_accelerations(Field& a) const;               // M^-1 (f - K u)
+  const Field& present_velocities() const;                // at the time of u_, in component axes
+  void start(double h);
+  void leap(double s, double h);
+  bool is_damped() const { return damping_ != MaterialDamping(); }
+  // What an impulse leaves in the velocity in the middle of the step h: the rest goes to damping.
+  double kick_share(double h) const { return 1 / (1 + 0.5 * h * damping_.alpha); }
+  void damped_accelerations(Field& a) const;
+  void leap_damped(double s, double h);
+  double damping_work() const;
+  std::span<const HeldDirection> held_of(Index row) const;
+  void gather(const Field& u, const std::vector<Index>& rows, Points& x) const;
+  double scalar_product(const Field& v, const Field& w) const;  // v . M w
+  Eigen::Matrix<double, 6, 1> momenta(const Field& v) const;    // of translation and rotation, component axes
+
+  std::unique_ptr<Body> still_;  // none: motion has begun
+  std::string name_;
+  std::shared_ptr<const MeshModel> model_;
+  Placement placement_;
+  std::vector<HeldDirection> held_;  // ascending; the row in place of the node
+  double largest_frequency_ = 0;
+  std::shared_ptr<RowThreads> threads_;
+  SparseMatrix Z_;                          // 3 n x free: consistent mass with held directions
+  std::shared_ptr<SparseCholesky> factor_;  // of Z^T M Z
+  Points X_;
+  std::vector<std::vector<Index>> sets_, means_;  // rows
+  std::vector<Points> v_before_;                  // of each set, before the step that predict() has begun
+  std::vector<NodalLoad> loads_;
+  LoadNumbers load_of_;
+  Field u_, u_end_;  // component axes, by rows
+  Field v_;          // half a step behind u_; half a step behind u_end_ from predict() to accept()
+  mutable Field load_, Ku_, v_now_;
+  mutable MeshForces::Work room_;
+  mutable bool Ku_is_current_ = false, v_now_is_current_ = false;
+  std::vector<Kick> kicks_;  // of this step
+  double t_ = 0, h_ = 0, last_h_ = 0;
+  MaterialDamping damping_;
+  // Damped, from predict() to accept(): v- and K v-
+  Field v_old_;
+  mutable Field Kv_;
+  double Ku_v_before_ = 0;  // K u . v- of a step of another length than the last
+  BodyWork work_;
+};
+
+}  // namespace cbr

@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/motion/nodal/mesh_kernels.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace cbr {
+namespace {
+
+// GCC's and Clang's vectors: wide enough for the widest set, split by the compiler where registers are narrower.
+using Lanes = double __attribute__((vector_size(64)));
+// Packed: of a vector type that is only said to be unaligned Clang forgets it on the way.
+struct __attribute__((packed, aligned(8), may_alias)) StoredLanes {
+  Lanes v;
+};
+static_assert(sizeof(Lanes) == SharedElements::lanes * sizeof(double));
+
+#define CBR_INLINE __attribute__((always_inline)) inline
+
+// x = H x over the eight corners
+CBR_INLINE void walsh(Lanes (&x)[8]) {
+  for (int bit = 1; bit < 8; bit <<= 1) {
+    for (int b = 0; b < 8; ++b) {
+      if (b & bit) continue;
+      const Lanes sum = x[b] + x[b | bit], difference = x[b] - x[b | bit];
+      x[b] = sum, x[b | bit] = difference;
+    }
+  }
+}
+
+CBR_INLINE void add_boxes(const SharedElements& shared, std::size_t first, std::size_t last, const double* u, Index u_stride,
+                          double* f, Index f_stride, Index f_begin) {
+  for (std::size_t k = first; k < last; ++k) {
+    const SharedElements::Batch& batch = shared.batches[k];
+    const SharedElements::Pattern& pattern = shared.patterns[batch.pattern];
+    const double* S = shared.stiffness[pattern.stiffness][0].data();
+    Lanes x[3][8];
+#pragma GCC unroll 3
+    for (int c = 0; c < 3; ++c) {
+      const double* from = u + c * u_stride + batch.base;
+#pragma GCC unroll 8
+      for (int b = 0; b < 8; ++b) x[c][b] = reinterpret_cast<const StoredLanes*>(from + pattern.offset[b])->v;
+      walsh(x[c]);
+    }
+#pragma GCC unroll 8
+    for (int s = 0; s < 8; ++s) {
+      Lanes &x0 = x[0][s ^ 1], &x1 = x[1][s ^ 2], &x2 = x[2][s ^ 4];
+      const double* A = S + 9 * s;
+      const Lanes y0 = A[0] * x0 + A[1] * x1 + A[2] * x2;
+      const Lanes y1 = A[3] * x0 + A[4] * x1 + A[5] * x2;
+      const Lanes y2 = A[6] * x0 + A[7] * x1 + A[8] * x2;
+      x0 = y0, x1 = y1, x2 = y2;
+    }
+    if (batch.used != 0xff) {
+      Lanes is_used{};
+      for (int lane = 0; lane < SharedElements::lanes; ++lane) is_used[lane] = batch.used >> lane & 1u;
+      for (auto& of_component : x)
+        for (Lanes& value : of_component) value *= is_used;
+    }
+#pragma GCC unroll 3
+    for (int c = 0; c < 3; ++c) {
+      walsh(x[c]);
+      double* to = f + c * f_stride + (batch.base - f_begin);
+#pragma GCC unroll 8
+      for (int b = 0; b < 8; ++b) {
+        StoredLanes* at = reinterpret_cast<StoredLanes*>(to + pattern.offset[b]);
+        at->v = at->v + x[c][b];
+      }
+    }
+  }
+}
+
+CBR_INLINE void leap(const LeapfrogSpan& span, Index n, double s, double h) {
+  const double* __restrict f = span.f;
+  const double* __restrict m = span.inverse_mass;
+  const double* __restrict u = span.u;
+  double* __restrict v = span.v;
+  double* __restrict u_end = span.u_end;
+  if (const double* __restrict load = span.load) {
+    for (Index i = 0; i < n; ++i) {
+      v[i] += s * m[i] * (load[i] - f[i]);
+      u_end[i] = u[i] + h * v[i];
+    }
+    return;
+  }
+  for (Index i = 0; i < n; ++i) {
+    v[i] -= s * m[i] * f[i];
+    u_end[i] = u[i] + h * v[i];
+  }
+}
+
+using Four = double __attribute__((vector_size(32)));
+struct __attribute__((packed, aligned(8), may_alias)) StoredFour {
+  Four v;
+};
+
+CBR_INLINE const StoredFour* four(const double* at) { return reinterpret_cast<const StoredFour*>(at); }
+
+CBR_INLINE void block_rows(const BlockMatrix& A, const double* x, Index begin, Index end, double* y) {
+  const double* values = A.values.data();
+  const std::int32_t* column = A.column.data();
+  for (Index i = begin; i < end; ++i, y += 3) {
+    Four y0{}, y1{}, y2{};  // of the three columns of the blocks; the fourth entry is the next column's
+    for (std::int64_t b = A.first[i]; b < A.first[i + 1]; ++b) {
+      const double* block = values + 9 * b;
+      const double* u = x + 3 * static_cast<Index>(column[b]);
+      y0 += four(block)->v * u[0];
+      y1 += four(block + 3)->v * u[1];
+      y2 += four(block + 6)->v * u[2];
+    }
+    y0 += y1 + y2;
+    y[0] = y0[0], y[1] = y0[1], y[2] = y0[2];
+  }
+}
+
+// y += B^T u: the fourth number of y gets what nobody reads.
+CBR_INLINE void add_transposed(const double* block, const double* u, double* y) {
+  StoredFour& to = *reinterpret_cast<StoredFour*>(y);
+  to.v = to.v + (four(block)->v * u[0] + four(block + 3)->v * u[1] + four(block + 6)->v * u[2]);
+}
+
+CBR_INLINE void symmetric_rows(const SymmetricBlockMatrix& A, const double* x, Index begin, Index end, double* y, Index y_begin,
+                               double* f, Index stride) {
+  const double* values = A.values.data();
+  const std::int32_t* column = A.column.data();
+  for (Index i = begin; i < end; ++i) {
+    std::int64_t b = A.first[i];
+    const double own[3] = {x[4 * i], x[4 * i + 1], x[4 * i + 2]};
+    // Sums over the three rows of the blocks, of four columns each; the fourth is the next row's, times zero
+    Four u = four(x + 4 * i)->v;
+    Four s0 = four(values + 9 * b)->v * u, s1 = four(values + 9 * b + 3)->v * u, s2 = four(values + 9 * b + 6)->v * u;
+    for (++b; b < A.first[i + 1]; ++b) {
+      const double* block = values + 9 * b;
+      const Index j = column[b];
+      u = four(x + 4 * j)->v;
+      s0 += four(block)->v * u;
+      s1 += four(block + 3)->v * u;
+      s2 += four(block + 6)->v * u;
+      add_transposed(block, own, y + 4 * (j - y_begin));
+    }
+    double* row = y + 4 * (i - y_begin);
+    double* to = f + (i - begin);
+    to[0] = row[0] + ((s0[0] + s0[1]) + s0[2]);
+    to[stride] = row[1] + ((s1[0] + s1[1]) + s1[2]);
+    to[2 * stride] = row[2] + ((s2[0] + s2[1]) + s2[2]);
+    reinterpret_cast<StoredFour*>(row)->v = Four{};
+  }
+}
+
+CBR_INLINE void carry(const SymmetricBlockMatrix& A, const double* x, Index begin, Index end, double* y) {
+  const auto column = A.column.begin();
+  for (Index i = begin; i < end; ++i) {
+    const double own[3] = {x[4 * i], x[4 * i + 1], x[4 * i + 2]};
+    const auto from = std::lower_bound(column + A.first[i], column + A.first[i + 1], static_cast<std::int32_t>(end));
+    for (auto at = from; at < column + A.first[i + 1]; ++at)
+      add_transposed(A.values.data() + 9 * (at - column), own, y + 4 * (*at - end));
+  }
+}
+
+struct Kernels {
+  decltype(&block_products) products;
+  decltype(&symmetric_block_products) symmetric;
+  decltype(&symmetric_block_carry) carry;
+  decltype(&add_box_forces) boxes;
+  decltype(&leapfrog) leap;
+};
+
+// The levels x86-64-v3 and v4 by their parts: clang knows the levels' names from version 18 on.
+#ifdef __x86_64__
+#define CBR_HAS_LEVELS
+#define CBR_V3 "avx2,fma,bmi,bmi2,f16c,lzcnt,movbe"
+#define CBR_V4 CBR_V3 ",avx512f,avx512bw,avx512cd,avx512dq,avx512vl"
+#endif
+
+#define CBR_KERNELS(NAME, TARGET)                                                                                                \
+  TARGET void products_##NAME(const BlockMatrix& A, const double* x, Index begin, Index end, double* y) {                        \
+    block_rows(A, x, begin, end, y);                                                                                             \
+  }                                                                                                                              \
+  TARGET void symmetric_##NAME(const SymmetricBlockMatrix& A, const double* x, Index begin, Index end, double* y, Index y_begin, \
+                               double* f, Index stride) {                                                                        \
+    symmetric_rows(A, x, begin, end, y, y_begin, f, stride);                                                                     \
+  }                                                                                                                              \
+  TARGET void carry_##NAME(const SymmetricBlockMatrix& A, const double* x, Index begin, Index end, double* y) {                  \
+    carry(A, x, begin, end, y);                                                                                                  \
+  }                                                                                                                              \
+  TARGET void boxes_##NAME(const SharedElements& shared, std::size_t first, std::size_t last, const double* u, Index u_stride,   \
+                           double* f, Index f_stride, Index f_begin) {                                                           \
+    add_boxes(shared, first, last, u, u_stride, f, f_stride, f_begin);                                                           \
+  }                                                                                                                              \
+  TARGET void leap_##NAME(const LeapfrogSpan& span, Index n, double s, double h) { leap(span, n, s, h); }
+
+CBR_KERNELS(plain, )
+#ifdef CBR_HAS_LEVELS
+CBR_KERNELS(v3, __attribute__((target(CBR_V3))))
+CBR_KERNELS(v4, __attribute__((target(CBR_V4))))
+#endif
+
+Kernels best() {
+#ifdef CBR_HAS_LEVELS
+  __builtin_cpu_init();
+  const bool v3 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi2");
+  const bool v4 = v3 && __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
+  if (v4) return {products_v4, symmetric_v4, carry_v4, boxes_v4, leap_v4};
+  if (v3) return {products_v3, symmetric_v3, carry_v3, boxes_v3, leap_v3};
+#endif
+  return {products_plain, symmetric_plain, carry_plain, boxes_plain, leap_plain};
+}
+
+const Kernels kernels = best();
+
+}  // namespace
+
+void add_box_forces(const SharedElements& shared, std::size_t first, std::size_t last, const double* u, Index u_stride, double* f,
+                    Index f_stride, Index f_begin) {
+  kernels.boxes(shared, first, last, u, u_stride, f, f_stride, f_begin);
+}
+
+void block_products(const BlockMatrix& A, const double* x, Index begin, Index end, double* y) {
+  kernels.products(A, x, begin, end, y);
+}
+
+void symmetric_block_products(const SymmetricBlockMatrix& A, const double* x, Index begin, Index end, double* y, Index y_begin,
+                              double* f, Index stride) {
+  kernels.symmetric(A, x, begin, end, y, y_begin, f, stride);
+}
+
+void symmetric_block_carry(const SymmetricBlockMatrix& A, const double* x, Index begin, Index end, double* y) {
+  kernels.carry(A, x, begin, end, y);
+}
+
+void leapfrog(const LeapfrogSpan& span, Index n, double s, double h) { kernels.leap(span, n, s, h); }
+
+}  // namespace cbr

@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The mesh body's shared data, and what a mesh body answers about itself.
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <iterator>
+#include <utility>
+
+#include "common/base/error.hpp"
+#include "common/linalg/blas_threads.hpp"
+#include "common/linalg/dense.hpp"
+#include "common/linalg/eigen/eigenpairs.hpp"
+#include "dynamics/motion/nodal/mesh_body.hpp"
+
+namespace cbr {
+
+namespace {
+
+// Lanczos on the planes of a field: 3 n dofs, component c of row i at c n + i.
+double largest_eigenvalue_lumped(const MeshForces& forces, const Vector& inverse_mass) {
+  const Index n = forces.rows();
+  RowThreads threads(1);
+  MeshForces::Work room;
+  Field u(n, 3);
+  return largest_eigenvalue(
+      3 * n,
+      [&](const Vector& x, Vector& y) {
+        u = Eigen::Map<const Field>(x.data(), n, 3);
+        forces.each(u, threads, room, [&](Index begin, Index end, const double* f, Index stride) {
+          for (int c = 0; c < 3; ++c) std::copy(f + c * stride, f + c * stride + end - begin, y.data() + c * n + begin);
+        });
+      },
+      [&](const Vector& x, Vector& y) {
+        Eigen::Map<Field>(y.data(), n, 3).array() =
+            Eigen::Map<const Field>(x.data(), n, 3).array().colwise() * inverse_mass.array();
+      });
+}
+
+}  // namespace
+
+MeshModel mesh_model(const FiniteElementModel& model, const Points& coordinates, bool lumped) {
+  return mesh_model(model, coordinates, lumped, MeshForces(model.K));
+}
+
+MeshModel mesh_model(const FiniteElementModel& model, const Points& coordinates, bool lumped, MeshForces forces) {
+  MeshModel mesh;
+  const Index n = coordinates.rows();
+  mesh.coordinates = coordinates;
+  mesh.forces = std::move(forces);
+  const auto& order = mesh.forces.order();
+  mesh.row_of_node.resize(n);
+  for (Index i = 0; i < n; ++i) mesh.row_of_node[order[i]] = i;
+  Vector ones = Vector::Zero(3 * n);
+  for (Index i = 0; i < n; ++i) ones[3 * i] = 1;
+  const Vector sums = model.M * ones;
+  mesh.mass.resize(n);
+  for (Index i = 0; i < n; ++i) mesh.mass[i] = sums[3 * order[i]];
+  // Row sums of a consistent mass may be negative (corners of hex20 and tet10): only a nodal enforcement minds, and looks itself.
+  if (lumped && !(mesh.mass.minCoeff() > 0)) throw RunError("a node of the mesh has a lumped mass that is not positive");
+  mesh.rigid_body = rigid_body(model.M, coordinates);
+  double lambda = 0;
+  if (lumped) {
+    mesh.inverse_mass = mesh.mass.cwiseInverse();
+    mesh.arms.resize(n, 3);
+    for (Index i = 0; i < n; ++i)
+      mesh.arms.row(i) = mesh.mass[i] * (coordinates.row(order[i]) - mesh.rigid_body.center.transpose());
+    lambda = largest_eigenvalue_lumped(mesh.forces, mesh.inverse_mass);
+  } else {
+    assert(std::is_sorted(order.begin(), order.end()));
+    mesh.MR.noalias() = model.M * rigid_modes(coordinates, mesh.rigid_body.center);
+    mesh.M = model.M;
+    const SparseCholesky factor(model.M);
+    if (!factor.ok()) throw RunError("the consistent mass is not positive definite");
+    lambda = largest_eigenvalue(
+        model.K.rows(), [&](const Vector& x, Vector& y) { y.noalias() = model.K * x; },
+        [&](const Vector& x, Vector& y) { factor.solve(x.data(), y.data()); });
+  }
+  if (!(lambda > 0) || !std::isfinite(lambda))
+    throw RunError(
+        "the highest frequency of the mesh cannot be computed: its stiffness is too large, or its mass too small, for a double: "
+        "look at the units of youngs_modulus and density");
+  mesh.largest_frequency = std::sqrt(lambda);
+  return mesh;
+}
+
+NodeResponse MeshBody::response(Index set, double h) const {
+  const auto& nodes = sets_[set];
+  const Index m = static_cast<Index>(nodes.size());
+  const double push = h * kick_share(h);
+  NodeResponse response;
+  if (!consistent()) {
+    bool any_held = false;
+    response.diagonal.resize(3 * m);
+    for (Index i = 0; i < m; ++i) {
+      response.diagonal.segment<3>(3 * i).setConstant(push / model_->mass[nodes[i]]);
+      any_held |= !held_of(nodes[i]).empty();
+    }
+    if (!any_held) return response;
+  }
+  // Columns of T h M^-1 T^T on the free directions   (3m x 3m)
+  Matrix S = Matrix::Zero(3 * m, 3 * m);
+  Field force = Field::Zero(model_->mass.size(), 3), a = force;
+  for (Index j = 0; j < 3 * m; ++j) {
+    force.row(nodes[j / 3]) = placement_.T.row(j % 3);
+    if (consistent()) {
+      accelerations(force, a);
+      for (Index i = 0; i < m; ++i) S.col(j).segment<3>(3 * i) = push * (placement_.T * a.row(nodes[i]).transpose());
+    } else {
+      Vector3 local = force.row(nodes[j / 3]).transpose() / model_->mass[nodes[j / 3]];
+      for (const HeldDirection& held : held_of(nodes[j / 3])) local -= local.dot(held.direction) * held.direction;
+      S.col(j).segment<3>(3 * (j / 3)) = push * (placement_.T * local);
+    }
+    force.row(nodes[j / 3]).setZero();
+  }
+  response.diagonal.resize(0);
+  response.set_block(std::move(S));
+  return response;
+}
+
+Points MeshBody::nodal_masses(Index set) const { return model_->mass(sets_[set]).replicate(1, 3); }
+
+// Forces by rows, component axes.
+void MeshBody::append_load(const Points& forces, const LoadHistory& history) {
+  NodalLoad load;
+  load.history = history;
+  for (Index i = 0; i < forces.rows(); ++i)
+    if (!forces.row(i).isZero(0)) load.rows.push_back(i);
+  const std::size_t place = load_of_.find_or_add(history, loads_.size());
+  if (place == loads_.size()) {
+    load.forces = forces(load.rows, Eigen::all);
+    loads_.push_back(std::move(load));
+    return;
+  }
+  NodalLoad& other = loads_[place];
+  if (other.rows != load.rows) {
+    std::vector<Index> rows;
+    std::set_union(other.rows.begin(), other.rows.end(), load.rows.begin(), load.rows.end(), std::back_inserter(rows));
+    Points wider = Points::Zero(static_cast<Index>(rows.size()), 3);
+    for (std::size_t i = 0, k = 0; k < other.rows.size(); ++i)
+      if (rows[i] == other.rows[k]) wider.row(static_cast<Index>(i)) = other.forces.row(static_cast<Index>(k++));
+    other.rows = std::move(rows), other.forces = std::move(wider);
+  }
+  other.forces += forces(other.rows, Eigen::all);
+}
+
+void MeshBody::add_force(const Points& forces, const LoadHistory& history) {
+  Points by_rows(forces.rows(), 3);
+  for (Index i = 0; i < by_rows.rows(); ++i) by_rows.row(i) = forces.row(model_->forces.order()[i]) * placement_.T;
+  append_load(by_rows, history);
+  if (still_) still_->add_force(forces, history);
+}
+
+void MeshBody::add_gravity(const Vector3& acceleration, const LoadHistory& history) {
+  // M r g: row sums, lumped or consistent
+  append_load(model_->mass * (placement_.T.transpose() * acceleration).transpose(), history);
+  if (still_) still_->add_gravity(acceleration, history);
+}
+
+double MeshBody::scalar_product(const Field& v, const Field& w) const {
+  if (consistent()) {
+    const Points a = v, b = w;
+    return Eigen::Map<const Vector>(a.data(), a.size()).dot(model_->M * Eigen::Map<const Vector>(b.data(), b.size()));
+  }
+  double sum = 0;
+  for (int c = 0; c < 3; ++c) sum += (v.col(c).array() * w.col(c).array() * model_->mass.array()).sum();
+  return sum;
+}
+
+Eigen::Matrix<double, 6, 1> MeshBody::momenta(const Field& v) const {
+  Eigen::Matrix<double, 6, 1> p;
+  if (consistent()) {
+    const Points by_node = v;
+    const SingleThreadedBlas one;  // the same bits with any number of threads
+    return model_->MR.transpose() * Eigen::Map<const Vector>(by_node.data(), by_node.size());
+  }
+  Matrix3 moment;  // sum of (m X) v^T
+  for (int c = 0; c < 3; ++c) {
+    p[c] = model_->mass.dot(v.col(c));
+    for (int r = 0; r < 3; ++r) moment(r, c) = r == c ? 0 : model_->arms.col(r).dot(v.col(c));
+  }
+  p.tail<3>() << moment(1, 2) - moment(2, 1), moment(2, 0) - moment(0, 2), moment(0, 1) - moment(1, 0);
+  return p;
+}
+
+BodyState MeshBody::state() const {
+  const Matrix3& T = placement_.T;
+  const RigidBody& rigid = model_->rigid_body;
+  const Field& Ku = internal_forces();
+  const auto moment = momenta(u_), rate = momenta(present_velocities());
+  BodyState state;
+  state.center_of_mass = T * (rigid.center + moment.head<3>() / rigid.mass) + placement_.position;
+  state.momentum = T * rate.head<3>();
+  state.angular_momentum = T.determinant() * (T * rate.tail<3>()) + state.center_of_mass.cross(state.momentum);
+  state.rotation = solve_symmetric(rigid.inertia, moment.tail<3>()).norm();
+  if (!std::isfinite(state.rotation)) state.rotation = 0;
+  // 1/2 v- M v+ with v+ of the internal forces alone: what leapfrog conserves together with the strain energy
+  state.kinetic_energy = 0.5 * scalar_product(v_, v_) - 0.5 * last_h_ * v_.cwiseProduct(Ku).sum();
+  state.strain_energy = 0.5 * u_.cwiseProduct(Ku).sum();
+  return state;
+}
+
+void MeshBody::displacements(Points& u, Points& v) const {
+  if (still_) return still_->displacements(u, v);
+  u = by_nodes(u_) * placement_.T.transpose();
+  v = by_nodes(present_velocities()) * placement_.T.transpose();
+}
+
+void MeshBody::coordinates(Vector& q, Vector& rates) const {
+  const Points u = by_nodes(u_), v = by_nodes(present_velocities());
+  q = Eigen::Map<const Vector>(u.data(), u.size());
+  rates = Eigen::Map<const Vector>(v.data(), v.size());
+}
+
+}  // namespace cbr

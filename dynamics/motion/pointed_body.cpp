@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/motion/pointed_body.hpp"
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <utility>
+
+#include "common/base/error.hpp"
+#include "common/linalg/dense.hpp"
+
+namespace cbr {
+namespace {
+
+// [a]x b = a x b
+Matrix3 cross(const Vector3& a) {
+  Matrix3 m;
+  m << 0, -a[2], a[1], a[2], 0, -a[0], -a[1], a[0], 0;
+  return m;
+}
+
+Vector flat(const Points& x) { return Eigen::Map<const Vector>(x.data(), x.size()); }
+
+Points table(const Vector& x) { return Eigen::Map<const Points>(x.data(), x.size() / 3, 3); }
+
+// Of the largest moment of inertia: less is none.
+constexpr double thin = 1e-10;
+
+}  // namespace
+
+AverageMaps average_maps(const AveragePoint& point, const Points& positions, const std::string& where) {
+  const Vector w = point.weights / point.weights.sum();
+  Vector3 center = Vector3::Zero();
+  const Index n = w.size();
+  for (Index i = 0; i < n; ++i) center += w[i] * positions.row(point.nodes[i]).transpose();
+  Matrix3 J = Matrix3::Zero();
+  std::vector<Vector3> r;
+  for (Index i = 0; i < n; ++i) {
+    r.push_back(positions.row(point.nodes[i]).transpose() - center);
+    J += w[i] * (r.back().squaredNorm() * Matrix3::Identity() - r.back() * r.back().transpose());
+  }
+  const Matrix3 inverse = J.inverse();
+  const double size = J.trace();
+  if (!(size > 0) || !inverse.allFinite() || inverse.cwiseAbs().maxCoeff() * size > 1 / thin)
+    throw InputError(where + ": its nodes lie on a line, or are one, and determine no rotation: take a surface");
+  AverageMaps maps;
+  const Matrix3 arm = cross(point.at - center);
+  for (Index i = 0; i < n; ++i) {
+    maps.theta.push_back(w[i] * inverse * cross(r[i]));
+    maps.d.push_back(w[i] * Matrix3::Identity() - arm * maps.theta.back());
+  }
+  return maps;
+}
+
+PointedBody::PointedBody(std::unique_ptr<Body> inner, std::vector<AveragePoint> points, const std::string& where)
+    : inner_(std::move(inner)), points_(std::move(points)) {
+  const Points& X = inner_->reference_positions();
+  n_ = X.rows();
+  X_.resize(n_ + 2 * static_cast<Index>(points_.size()), 3);
+  X_.topRows(n_) = X;
+  for (std::size_t j = 0; j < points_.size(); ++j) {
+    maps_.push_back(average_maps(points_[j], X, where));
+    for (Index k = 0; k < 2; ++k) X_.row(n_ + 2 * static_cast<Index>(j) + k) = points_[j].at.transpose();
+  }
+}
+
+Index PointedBody::track(const std::vector<Index>& nodes) {
+  NodeSet set;
+  const auto first_point = std::lower_bound(nodes.begin(), nodes.end(), n_);
+  std::vector<Index> inner(nodes.begin(), first_point);
+  if (first_point == nodes.end()) {
+    set.inner = inner_->track(nodes);
+    sets_.push_back(std::move(set));
+    return static_cast<Index>(sets_.size()) - 1;
+  }
+  for (auto it = first_point; it != nodes.end(); ++it) {
+    const auto& of = points_[static_cast<std::size_t>((*it - n_) / 2)].nodes;
+    inner.insert(inner.end(), of.begin(), of.end());
+  }
+  std::sort(inner.begin(), inner.end());
+  inner.erase(std::unique(inner.begin(), inner.end()), inner.end());
+  std::vector<Eigen::Triplet<double, Index>> entries;
+  const auto add = [&](Index row, Index node, const Matrix3& map) {
+    const Index at = std::lower_bound(inner.begin(), inner.end(), node) - inner.begin();
+    for (int a = 0; a < 3; ++a)
+      for (int b = 0; b < 3; ++b)
+        if (map(a, b) != 0) entries.emplace_back(3 * row + a, 3 * at + b, map(a, b));
+  };
+  for (Index i = 0; i < static_cast<Index>(nodes.size()); ++i) {
+    if (nodes[i] < n_) {
+      add(i, nodes[i], Matrix3::Identity());
+      continue;
+    }
+    const auto j = static_cast<std::size_t>((nodes[i] - n_) / 2);
+    const auto& maps = (nodes[i] - n_) % 2 == 0 ? maps_[j].d : maps_[j].theta;
+    for (std::size_t k = 0; k < points_[j].nodes.size(); ++k) add(i, points_[j].nodes[k], maps[k]);
+  }
+  set.E.resize(3 * static_cast<Index>(nodes.size()), 3 * static_cast<Index>(inner.size()));
+  set.E.setFromTriplets(entries.begin(), entries.end());
+  set.X = X_(nodes, Eigen::all);
+  set.X_inner = X_(inner, Eigen::all);
+  set.inner = inner_->track(inner);
+  sets_.push_back(std::move(set));
+  return static_cast<Index>(sets_.size()) - 1;
+}
+
+void PointedBody::extend(const NodeSet& set, const Points& inner, Points& x) const {
+  x = set.X + table(set.E * flat(inner - set.X_inner));
+}
+
+Points PointedBody::spread(const NodeSet& set, const Points& forces) const {
+  return table(set.E.transpose() * flat(forces));
+}
+
+NodeResponse PointedBody::extended(const NodeSet& set, const NodeResponse& inner) const {
+  NodeResponse response;
+  const Matrix half = set.E * inner.dense();
+  const Matrix S = half * set.E.transpose();
+  response.set_block(0.5 * (S + S.transpose()));
+  return response;
+}
+
+void PointedBody::positions(Index set, Points& x) const {
+  if (is_plain(set)) return inner_->positions(sets_[set].inner, x);
+  Points inner;
+  inner_->positions(sets_[set].inner, inner);
+  extend(sets_[set], inner, x);
+}
+
+void PointedBody::predicted_positions(Index set, Points& x) const {
+  if (is_plain(set)) return inner_->predicted_positions(sets_[set].inner, x);
+  Points inner;
+  inner_->predicted_positions(sets_[set].inner, inner);
+  extend(sets_[set], inner, x);
+}
+
+void PointedBody::add_impulses(Index set, const Points& impulses, ImpulseKind kind) {
+  inner_->add_impulses(sets_[set].inner, is_plain(set) ? impulses : spread(sets_[set], impulses), kind);
+}
+
+void PointedBody::add_answered_impulses(Index set, const Points& contact, const Points& friction, const Points& move,
+                                        const Vector& still) {
+  if (is_plain(set)) return inner_->add_answered_impulses(sets_[set].inner, contact, friction, move, still);
+  Body::add_answered_impulses(set, contact, friction, move, still);
+}
+
+Vector3 PointedBody::add_velocities(Index set, const Points& velocities, const Vector3& momentum) {
+  return inner_->add_velocities(sets_[set].inner, velocities, momentum);
+}
+
+void PointedBody::end_velocities(Index set, Points& v) {
+  if (is_plain(set)) return inner_->end_velocities(sets_[set].inner, v);
+  Points inner;
+  inner_->end_velocities(sets_[set].inner, inner);
+  v = table(sets_[set].E * flat(inner));
+}
+
+NodeResponse PointedBody::velocity_response(Index set) const {
+  const NodeResponse inner = inner_->velocity_response(sets_[set].inner);
+  return is_plain(set) ? inner : extended(sets_[set], inner);
+}
+
+void PointedBody::add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) {
+  inner_->add_end_impulses(sets_[set].inner, is_plain(set) ? impulses : spread(sets_[set], impulses), kind);
+}
+
+NodeResponse PointedBody::static_response(Index set, double hold) const {
+  const NodeResponse inner = inner_->static_response(sets_[set].inner, hold);
+  return is_plain(set) ? inner : extended(sets_[set], inner);
+}
+
+void PointedBody::add_static_forces(Index set, const Points& forces, ImpulseKind kind) {
+  inner_->add_static_forces(sets_[set].inner, is_plain(set) ? forces : spread(sets_[set], forces), kind);
+}
+
+NodeResponse PointedBody::response(Index set, double h) const {
+  const NodeResponse inner = inner_->response(sets_[set].inner, h);
+  return is_plain(set) ? inner : extended(sets_[set], inner);
+}
+
+void PointedBody::point_motion(Index point, Vector3& d, Vector3& theta, Vector3& velocity, Vector3& spin) const {
+  Points u, v;
+  inner_->displacements(u, v);
+  for (Vector3* x : {&d, &theta, &velocity, &spin}) x->setZero();
+  const auto& nodes = points_[point].nodes;
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    d += maps_[point].d[i] * u.row(nodes[i]).transpose();
+    theta += maps_[point].theta[i] * u.row(nodes[i]).transpose();
+    velocity += maps_[point].d[i] * v.row(nodes[i]).transpose();
+    spin += maps_[point].theta[i] * v.row(nodes[i]).transpose();
+  }
+}
+
+void PointedBody::add_point_force(Index point, const Vector3& force, const Vector3& moment, const LoadHistory& history) {
+  Points forces = Points::Zero(n_, 3);
+  const auto& nodes = points_[point].nodes;
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    forces.row(nodes[i]) += (maps_[point].d[i].transpose() * force + maps_[point].theta[i].transpose() * moment).transpose();
+  inner_->add_force(forces, history);
+}
+
+}  // namespace cbr

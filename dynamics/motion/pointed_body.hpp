@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A body with reference points: weighted averages of the motion of some nodes, which others see as nodes of their own.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "dynamics/motion/body.hpp"
+
+namespace cbr {
+
+// A point whose translation and rotation are those of its nodes in the mean (RBE3). With weights w, sum 1, xbar = sum w x and
+// r = x - xbar:
+//   theta = J^-1 sum w r x u,   J = sum w (r . r I - r r^T),   d = sum w u + theta x (at - xbar).
+// Forces and moments on it are the nodes' by the same weights, so that they do the same work.
+struct AveragePoint {
+  std::vector<Index> nodes;  // ascending
+  Vector weights;            // of them, above 0
+  Vector3 at;                // undeformed, scene axes
+};
+
+// The maps of u(nodes[i]) to d and theta, one of each for each node (3 x 3), scene axes. InputError, with `where`, if the nodes
+// lie on a line, or are one: they determine no rotation.
+struct AverageMaps {
+  std::vector<Matrix3> d, theta;
+};
+AverageMaps average_maps(const AveragePoint& point, const Points& positions, const std::string& where);
+
+// Point j has two nodes behind those of the inner body: n + 2 j moves by d, n + 2 j + 1 by theta, both from `at`. Impulses on them
+// are impulses and impulses of moments.
+class PointedBody final : public Body {
+ public:
+  // Before any set is tracked.
+  PointedBody(std::unique_ptr<Body> inner, std::vector<AveragePoint> points, const std::string& where);
+
+  Index translation_node(Index point) const { return n_ + 2 * point; }
+  Index rotation_node(Index point) const { return n_ + 2 * point + 1; }
+  // Translation and rotation now, and their rates, scene axes.
+  void point_motion(Index point, Vector3& d, Vector3& theta, Vector3& velocity, Vector3& spin) const;
+  // A force and a moment on the point.
+  void add_point_force(Index point, const Vector3& force, const Vector3& moment, const LoadHistory& history);
+
+  const std::string& name() const override { return inner_->name(); }
+  Index n_dofs() const override { return inner_->n_dofs(); }
+  double largest_frequency() const override { return inner_->largest_frequency(); }
+  Scheme scheme() const override { return inner_->scheme(); }
+  double contact_share() const override { return inner_->contact_share(); }
+  void set_contact_step(double h) override { inner_->set_contact_step(h); }
+  bool can_scale() const override { return inner_->can_scale(); }
+  void scale(double clip) override { inner_->scale(clip); }
+  void damp(const Damping& damping) override { inner_->damp(damping); }
+  bool at_rest() const override { return inner_->at_rest(); }
+
+  const Points& reference_positions() const override { return X_; }
+  Index track(const std::vector<Index>& nodes) override;
+  void positions(Index set, Points& x) const override;
+  void predicted_positions(Index set, Points& x) const override;
+  MotionBound motion_bound(Index set) const override { return inner_->motion_bound(sets_[set].inner); }
+  MotionBound quick_motion_bound(Index set) const override { return inner_->quick_motion_bound(sets_[set].inner); }
+  Index track_mean(const std::vector<Index>& nodes) override { return inner_->track_mean(nodes); }
+  void mean_motion(Index set, Vector3& position, Vector3& velocity) const override { inner_->mean_motion(set, position, velocity); }
+
+  void predict(double t, double h) override { inner_->predict(t, h); }
+  using Body::add_impulses;
+  void add_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
+  void add_answered_impulses(Index set, const Points& contact, const Points& friction, const Points& move,
+                             const Vector& still) override;
+  Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
+  void accept() override { inner_->accept(); }
+  void end_velocities(Index set, Points& v) override;
+  NodeResponse velocity_response(Index set) const override;
+  void add_end_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
+
+  bool has_statics() const override { return inner_->has_statics(); }
+  void relax(const Rest& rest) override { inner_->relax(rest); }
+  NodeResponse static_response(Index set, double hold) const override;
+  void add_static_forces(Index set, const Points& forces, ImpulseKind kind) override;
+  Settled settle() override { return inner_->settle(); }
+  void end_load_step() override { inner_->end_load_step(); }
+  void start_motion(double h) override { inner_->start_motion(h); }
+
+  NodeResponse response(Index set, double h) const override;
+  Points nodal_masses(Index set) const override { return inner_->nodal_masses(sets_[set].inner); }
+  void add_force(const Points& forces, const LoadHistory& history) override { inner_->add_force(forces, history); }
+  void add_gravity(const Vector3& acceleration, const LoadHistory& history) override { inner_->add_gravity(acceleration, history); }
+  void add_modal_force(const Vector& forces, const LoadHistory& history) override { inner_->add_modal_force(forces, history); }
+
+  BodyState state() const override { return inner_->state(); }
+  BodyWork work() const override { return inner_->work(); }
+  void displacements(Points& u, Points& v) const override { inner_->displacements(u, v); }
+  void coordinates(Vector& q, Vector& rates) const override { inner_->coordinates(q, rates); }
+  void turn(const Points& X, Points& u, Points& v) const override { inner_->turn(X, u, v); }
+  void keep_state(StateArchive& archive) override { inner_->keep_state(archive); }
+
+ private:
+  // x = X + E (x_inner - X_inner); without points E is empty, and the set is the inner body's.
+  struct NodeSet {
+    Index inner = 0;
+    Points X, X_inner;
+    SparseMatrix E;  // 3 m x 3 m_inner
+  };
+  bool is_plain(Index set) const { return sets_[set].E.size() == 0; }
+  void extend(const NodeSet& set, const Points& inner, Points& x) const;
+  Points spread(const NodeSet& set, const Points& forces) const;
+  NodeResponse extended(const NodeSet& set, const NodeResponse& inner) const;
+
+  std::unique_ptr<Body> inner_;
+  std::vector<AveragePoint> points_;
+  std::vector<AverageMaps> maps_;
+  Index n_ = 0;  // nodes of the inner body
+  Points X_;
+  std::vector<NodeSet> sets_;
+};
+
+}  // namespace cbr

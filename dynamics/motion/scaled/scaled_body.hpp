@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Front door of dynamics/motion/scaled: superelements with modal mass scaling.
+//
+// A superelement whose modes above a clip frequency are slowed down to it, and advanced exactly: longer steps in contact.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "dynamics/motion/body.hpp"
+#include "dynamics/motion/breakpoints.hpp"
+#include "dynamics/motion/modal/superelement_body.hpp"
+#include "dynamics/motion/scaled/scaled_model.hpp"
+#include "dynamics/motion/scaled/scaled_motion.hpp"
+
+namespace cbr {
+
+// Statics, rigid motion and the modes below the clip are those of the superelement; a step costs O(n_kept + 3 m) and one product
+// with a shared 3 m x 3 m matrix, m the tracked nodes. Assumes small displacements and rotations as SuperelementBody does.
+class ScaledBody final : public Body {
+ public:
+  // `model` is shared by the instances of a component (a held instance has its own).
+  ScaledBody(std::string name, std::shared_ptr<ScaledModel> model, const Placement& placement);
+
+  // Once, after all track(), track_mean(), add_force() and add_gravity(), before the first predict(), state(), ... Nothing is
+  // scaled when `clip` is not below the highest frequency or no node is tracked. RunError: ScaledModel::clipped().
+  bool can_scale() const override { return true; }
+  void scale(double clip) override;
+  bool is_scaled() const { return modes_ && modes_->part; }
+  Index n_kept() const { return modes_ ? modes_->n_kept() : 0; }
+  Index n_scaled() const { return modes_ ? modes_->n_scaled : 0; }
+  // Kinetic + strain energy that sits in scaled modes now: its share of all energy says how much the scaling matters.
+  double scaled_energy() const;
+
+  const std::string& name() const override { return name_; }
+  Index n_dofs() const override { return model_->n_modes(); }
+  double largest_frequency() const override;  // of the superelement before scale(), of what it has become after
+  Scheme scheme() const override { return Scheme::exact; }
+  const Points& reference_positions() const override { return X_; }
+
+  Index track(const std::vector<Index>& nodes) override;
+  void positions(Index set, Points& x) const override;
+  void predicted_positions(Index set, Points& x) const override;
+  MotionBound motion_bound(Index set) const override;
+  Index track_mean(const std::vector<Index>& nodes) override;
+  void mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
+
+  void set_contact_step(double h) override { contact_step_ = h; }
+  void predict(double t, double h) override;
+  using Body::add_impulses;
+  void add_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
+  void add_answered_impulses(Index set, const Points& contact, const Points& friction, const Points& move,
+                             const Vector& still) override;
+  Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;  // RunError: has no masses
+  void accept() override;
+
+  NodeResponse response(Index set, double h) const override;  // shared between the instances
+  Points nodal_masses(Index set) const override;              // RunError: has no masses
+  void add_force(const Points& forces, const LoadHistory& history) override;
+  void add_gravity(const Vector3& acceleration, const LoadHistory& history) override;
+
+  BodyState state() const override;
+  BodyWork work() const override { return work_; }
+  void displacements(Points& u, Points& v) const override;
+  void coordinates(Vector& q, Vector& rates) const override;
+  void keep_state(StateArchive& archive) override;
+
+ private:
+  struct NodeSet {
+    std::vector<Index> nodes;
+    Points X;                                        // m x 3, scene axes
+    std::vector<Index> slot;                         // among the nodes of all sets
+    bool whole = false;                              // the set is all of them, in their order
+    mutable std::shared_ptr<const ScaledRows> rows;  // filled when first needed
+  };
+  struct MeanSet {
+    std::vector<Index> nodes;
+    Vector3 X;
+    Matrix Vt, St;  // n_kept x 3, (3 m + loads) x 3: component axes
+  };
+  // Force [nodal forces] + M^ R rigid, component axes, times a history.
+  struct Load {
+    Points forces;  // n_nodes x 3 or nothing
+    Eigen::Matrix<double, 6, 1> rigid;
+    LoadHistory history;
+    bool is_load = true;  // false: the velocity at the start, which has no history
+  };
+
+  void append_load(Load load);
+  Matrix force_columns() const;
+  void fill_loads();
+  void fill_mean(MeanSet& set) const;
+  const ScaledStep& step_of(double h) const;
+  void load_amplitudes(double t, ScaledLoad& load) const;
+  void propagate(const ScaledState& start, ScaledState& end, double& external_work);
+  void apply_gain(ScaledKick& kick) const;
+  void local_kick(const NodeSet& set, const Points& impulses);
+  void write_positions(const NodeSet& set, const ScaledState& state, Points& x) const;
+  Matrix whole_motion() const;
+  Index n_tracked() const { return 3 * static_cast<Index>(tracked_.size()); }
+
+  std::string name_;
+  std::shared_ptr<ScaledModel> model_;
+  std::shared_ptr<const ScaledModes> modes_;
+  Placement placement_;
+  Points X_;
+  std::vector<NodeSet> sets_;
+  std::vector<MeanSet> means_;
+  std::vector<Index> tracked_;  // nodes of all sets
+  std::vector<Index> slot_of_;  // per node, -1 for none
+  std::shared_ptr<const ScaledRows> rows_;
+
+  std::vector<Load> loads_;
+  LoadNumbers load_of_;
+  Breakpoints breakpoints_;  // of all histories
+  Matrix load_modal_;        // n_kept x loads, V^T f
+  Matrix load_scaled_;       // (3 m + loads) x loads, S f at the tracked dofs and along the loads
+  Matrix rigid_scaled_;      // 6 x (3 m + loads), R^T M^ S; empty when the scaled part has no momentum
+  bool loaded_ = false;      // some load has a history, not only the velocity at the start
+
+  ScaledState now_, end_, part_;
+  ScaledGain gain_;
+  double contact_step_ = 0;  // 0: without gain
+  ScaledKick kick_, friction_, fresh_;
+  ScaledLoad f0_, f1_;
+  mutable Vector local_;  // 3 m
+  Vector weighted_;       // n_kept
+  double t_ = 0, h_ = 0, step_work_ = 0;
+  mutable ScaledStep regular_, other_;  // of the last two step lengths
+  BodyWork work_;
+};
+
+}  // namespace cbr

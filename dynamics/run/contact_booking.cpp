@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/run/contact_booking.hpp"
+
+#include <algorithm>
+
+namespace cbr {
+namespace {
+
+// The pair's share of a search: resultants, extremes.
+void book_pair(const ContactGroup& group, const ContactSearch& of, const EnforcementResult& result, const ContactState& state,
+               const ContactPair& pair, PairState& now, Index& active) {
+  const bool tied = pair.law.law == ContactLaw::tied;
+  const double side = of.memory == &now.memory ? 1 : -1;
+  const double share = pair.formulation == Formulation::two_way ? 0.5 : 1;  // seen from both sides
+  Index counted = -1;  // a node that two faces hold stands for one area, the larger
+  double counted_area = 0;
+  for (auto i = of.first; i < of.last; ++i) {
+    const ContactPoint& point = group.list.points[i];
+    const auto p = result.p.row(static_cast<Index>(i));
+    const double normal = p[0];
+    const bool acts = tied ? !p.isZero(0) : normal > 0;
+    // A penalty looks at gaps at the start of a step
+    const double gap = pair.enforcement == Enforcement::penalty ? point.start_gap : result.gap(static_cast<Index>(i), 0);
+    if (!tied) now.recent_penetration = std::max(now.recent_penetration, -gap);
+    if (!acts) continue;
+    ++active;
+    if (point.slot != counted) counted_area = 0;
+    now.area += share * std::max(0.0, point.area - counted_area);
+    counted = point.slot, counted_area = std::max(counted_area, point.area);
+    now.impulse += side * (point.frame.transpose() * p.transpose());
+    if (tied) continue;
+    now.normal_impulse += normal;
+    now.moment += normal * slave_position(group.list, point, state.bodies);
+  }
+}
+
+// The normal impulses on the nodes, slave and master.
+void book_pressure(const ContactGroup& group, const ContactSearch& of, const EnforcementResult& result, ContactState& state) {
+  for (auto i = of.first; i < of.last; ++i) {
+    const ContactPoint& point = group.list.points[i];
+    const Vector3 impulse = result.p(static_cast<Index>(i), 0) * point.normal();
+    for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {
+      const ContactTerm& term = group.list.terms[t];
+      Points& sum = state.normal_since_output[term.body];
+      if (sum.rows() > 0) sum.row(term.node) += term.coefficient * impulse.transpose();
+    }
+  }
+}
+
+}  // namespace
+
+void book(Simulation& sim, const ContactGroup& group, const EnforcementResult& result, ContactState& state,
+          ContactOutcome& outcome) {
+  for (const ContactSearch& of : group.searches) sim.pairs[of.pair].state().area = 0;
+  for (const ContactSearch& of : group.searches) {
+    ContactPair& pair = sim.pairs[of.pair];
+    PairState& now = pair.state();
+    outcome.near[of.pair] |= of.last > of.first;
+    book_pair(group, of, result, state, pair, now, outcome.active[of.pair]);
+    now.largest_area = std::max(now.largest_area, now.area);
+    now.recent_residual = std::max(now.recent_residual, result.residual);
+    now.n_fallbacks += result.fallback;
+    if (pair.law.law != ContactLaw::tied) book_pressure(group, of, result, state);
+  }
+}
+
+void remember(const Simulation& sim, const ContactGroup& group, const EnforcementResult& result) {
+  for (const ContactSearch& of : group.searches) {
+    const ContactPair& pair = sim.pairs[of.pair];
+    if (pair.law.law == ContactLaw::tied) continue;
+    remember(group.list, of.first, of.last, result.gap, result.p, 1e-6 * pair.master->size, *of.memory);
+  }
+}
+
+}  // namespace cbr

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/run/contact_group.hpp"
+
+#include <algorithm>
+#include <map>
+#include <numeric>
+
+#include "dynamics/contact/search/mortar.hpp"
+
+namespace cbr {
+namespace {
+
+// Appends what holds tied surfaces together: the same rows in every step.
+void collect_ties(const PairState& pair, const ContactState& state, ContactList& list) {
+  const Index shift = static_cast<Index>(list.terms.size());
+  list.terms.insert(list.terms.end(), pair.ties.terms.begin(), pair.ties.terms.end());
+  for (std::size_t i = 0; i < pair.ties.points.size(); ++i) {
+    ContactPoint point = pair.ties.points[i];
+    Vector3 r = -pair.tie_offset.row(static_cast<Index>(i)).transpose();
+    for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {
+      const ContactTerm& term = pair.ties.terms[t];
+      r += term.coefficient * state.bodies[term.body].end.row(term.node).transpose();
+    }
+    point.gap = point.frame * r;
+    point.first_term += shift;
+    list.points.push_back(point);
+  }
+}
+
+void search(Simulation& sim, Index p, bool back, bool initial, const ContactState& state, ContactGroup& group) {
+  ContactPair& pair = sim.pairs[p];
+  PairMemory& memory = back ? pair.state().back : pair.state().memory;
+  const ContactSurface &slave = *(back ? pair.master : pair.slave), &master = *(back ? pair.slave : pair.master);
+  const ContactBody &slave_body = state.bodies[slave.body], &master_body = state.bodies[master.body];
+  const std::size_t first = group.list.points.size();
+  if (pair.law.law == ContactLaw::tied) {
+    collect_ties(pair.state(), state, group.list);
+  } else if (pair.wall) {
+    detect_wall(slave, slave_body, *pair.wall, initial, memory, group.list);
+  } else if (pair.formulation == Formulation::mortar) {
+    detect_mortar(slave, slave_body, master, master_body, initial, sim.detection, memory, group.list);
+  } else {
+    detect(slave, slave_body, master, master_body, initial, sim.detection, memory, group.list);
+  }
+  group.searches.push_back({p, &memory, first, group.list.points.size()});
+  group.laws.resize(group.list.points.size(), pair.law);
+  if (pair.law.law != ContactLaw::coulomb) return;
+  for (std::size_t i = first; i < group.list.points.size(); ++i) {
+    ContactPoint& point = group.list.points[i];
+    point.gap.tail<2>() = point.frame.bottomRows<2>() * relative_motion(group.list, point, state.bodies);
+  }
+}
+
+}  // namespace
+
+ContactGroup collect(Simulation& sim, const std::vector<Index>& pairs, bool initial, const ContactState& state) {
+  ContactGroup group;
+  for (const Index p : pairs) {
+    search(sim, p, false, initial, state, group);
+    if (sim.pairs[p].formulation == Formulation::two_way) search(sim, p, true, initial, state, group);
+  }
+  group.guess.setZero(static_cast<Index>(group.list.points.size()), 3);
+  for (const ContactSearch& of : group.searches) {
+    if (of.memory->impulse.rows() == 0) continue;
+    for (auto i = of.first; i < of.last; ++i) {
+      const ContactPoint& point = group.list.points[i];
+      group.guess.row(static_cast<Index>(i)) = of.memory->impulse.row(point.slot) * point.frame.transpose();
+    }
+  }
+  for (const ContactTerm& term : group.list.terms)
+    if (group.bodies.empty() || group.bodies.back() != term.body) group.bodies.push_back(term.body);
+  std::sort(group.bodies.begin(), group.bodies.end());
+  group.bodies.erase(std::unique(group.bodies.begin(), group.bodies.end()), group.bodies.end());
+  return group;
+}
+
+std::vector<std::vector<Index>> islands(const Simulation& sim, const std::vector<Index>& due, Enforcement enforcement) {
+  std::vector<Index> root(sim.contact_nodes.size());
+  std::iota(root.begin(), root.end(), Index{0});
+  const auto find = [&](Index b) {
+    for (; root[b] != b; b = root[b]) root[b] = root[root[b]];  // chains of bodies stay short
+    return b;
+  };
+  for (const Index p : due)
+    if (sim.pairs[p].enforcement == enforcement) root[find(sim.pairs[p].slave->body)] = find(sim.pairs[p].master->body);
+  std::map<Index, std::vector<Index>> by_root;
+  for (const Index p : due)
+    if (sim.pairs[p].enforcement == enforcement) by_root[find(sim.pairs[p].slave->body)].push_back(p);
+  std::vector<std::vector<Index>> list;
+  for (auto& [body, pairs] : by_root) list.push_back(std::move(pairs));
+  return list;
+}
+
+}  // namespace cbr

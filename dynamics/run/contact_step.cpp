@@ -1,0 +1,365 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/run/contact_step.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <sstream>
+
+#include "common/base/error.hpp"
+#include "dynamics/run/contact_booking.hpp"
+#include "dynamics/run/contact_group.hpp"
+#include "dynamics/run/stopwatch.hpp"
+
+namespace cbr {
+namespace {
+
+void add_and_move(Body& body, Index set, const Points& impulses, ImpulseKind kind, ContactBody& contact) {
+  body.add_impulses(set, impulses, kind);
+  contact.response.add_product(impulses, contact.end);
+}
+
+// Hands the impulses of the group to the bodies; nodal: as velocities of the nodes alone.
+void deliver(Simulation& sim, const ContactGroup& group, bool nodal, double h, ContactState& state, ContactOutcome& outcome) {
+  for (const Index b : group.bodies) {
+    ContactBody& contact = state.bodies[b];
+    const ContactNodes& nodes = sim.contact_nodes[b];
+    Body& body = *sim.bodies[nodes.body];
+    const bool pushed = !contact.impulses.isZero(0), rubbed = !contact.friction.isZero(0);
+    outcome.touched[b] |= pushed || rubbed;
+    if (pushed && nodal) {
+      const Points velocities = contact.impulses.cwiseQuotient(state.masses[b]);
+      const Vector3 momentum = contact.impulses.colwise().sum().transpose();
+      const Vector3 extra = body.add_velocities(nodes.set, velocities, momentum);
+      contact.end += h * (velocities.rowwise() + extra.transpose());
+    } else if (contact.has_move && (pushed || rubbed)) {
+      body.add_answered_impulses(nodes.set, contact.impulses, contact.friction, contact.move, contact.still);
+      contact.end += contact.move;
+    } else {
+      if (pushed) add_and_move(body, nodes.set, contact.impulses, ImpulseKind::contact, contact);
+      if (rubbed) add_and_move(body, nodes.set, contact.friction, ImpulseKind::friction, contact);
+    }
+    if (pushed || rubbed) sweep(contact);
+    if (pushed) state.impulses_since_output[b] += contact.impulses;
+    if (rubbed) state.impulses_since_output[b] += contact.friction;
+  }
+}
+
+void prepare(const Simulation& sim, const ContactGroup& group, double h, ContactState& state) {
+  for (const Index b : group.bodies) {
+    ContactBody& body = state.bodies[b];
+    body.impulses.setZero(), body.friction.setZero();
+    body.has_move = false;
+    if (body.response_h == h) continue;
+    body.response = sim.bodies[sim.contact_nodes[b].body]->response(sim.contact_nodes[b].set, h);
+    body.response_h = h;
+  }
+}
+
+double largest_frequency(const Simulation& sim, const ContactGroup& group) {
+  double omega = 0;
+  for (const Index b : group.bodies) omega = std::max(omega, sim.bodies[sim.contact_nodes[b].body]->largest_frequency());
+  return omega;
+}
+
+// The springs' stretch at the start of the step, per point.
+Points elastic_slips(const ContactGroup& group) {
+  Points slip = Points::Zero(static_cast<Index>(group.list.points.size()), 3);
+  for (const ContactSearch& of : group.searches) {
+    if (of.memory->elastic_slip.rows() == 0) continue;
+    for (auto i = of.first; i < of.last; ++i)
+      slip.row(static_cast<Index>(i)) = of.memory->elastic_slip.row(group.list.points[i].slot);
+  }
+  return slip;
+}
+
+// Adds the step's motion to the stretch of the springs in contact; the others are let go.
+void stretch_springs(const ContactGroup& group, const EnforcementResult& result, const Points& slip, const ContactState& state) {
+  for (const ContactSearch& of : group.searches) {
+    of.memory->elastic_slip.setZero(of.memory->offset.size(), 3);
+    for (auto i = of.first; i < of.last; ++i) {
+      const ContactPoint& point = group.list.points[i];
+      if (group.laws[i].law != ContactLaw::coulomb || !(result.p(static_cast<Index>(i), 0) > 0)) continue;
+      const Vector3 motion = relative_motion(group.list, point, state.bodies);
+      of.memory->elastic_slip.row(point.slot) =
+          slip.row(static_cast<Index>(i)) + (motion - point.normal() * point.normal().dot(motion)).transpose();
+    }
+  }
+}
+
+EnforcementResult enforce(Simulation& sim, const ContactGroup& group, double h, ContactState& state, ContactOutcome& outcome) {
+  const Index p = group.searches.front().pair;
+  const bool nodal = sim.pairs[p].enforcement == Enforcement::nodal;
+  EnforcementResult result = nodal ? enforce_nodal(group.list, group.guess, h, state.masses, state.bodies)
+                                   : enforce_impulse(group.list, group.laws, group.guess, h, state.bodies, state.islands[p]);
+  deliver(sim, group, nodal, h, state, outcome);
+  return result;
+}
+
+bool is_newmark(const Simulation& sim, const ContactGroup& group) {
+  return !group.bodies.empty() && sim.bodies[sim.contact_nodes[group.bodies.front()].body]->scheme() == Scheme::newmark;
+}
+
+// The velocities of what is closed; `result` has the total impulses then.
+void settle(Simulation& sim, const ContactGroup& group, ContactState& state, EnforcementResult& result) {
+  if (result.p.isZero(0)) return;
+  std::vector<Points> v(state.bodies.size());
+  for (const Index b : group.bodies) {
+    const ContactNodes& nodes = sim.contact_nodes[b];
+    ContactBody& contact = state.bodies[b];
+    sim.bodies[nodes.body]->end_velocities(nodes.set, v[b]);
+    if (contact.velocity_response.empty()) contact.velocity_response = sim.bodies[nodes.body]->velocity_response(nodes.set);
+    contact.impulses.setZero(), contact.friction.setZero();
+  }
+  Points relative(result.p.rows(), 3);
+  for (Index i = 0; i < relative.rows(); ++i) {
+    const ContactPoint& point = group.list.points[i];
+    Vector3 sum = Vector3::Zero();
+    for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {
+      const ContactTerm& term = group.list.terms[t];
+      sum += term.coefficient * v[term.body].row(term.node).transpose();
+    }
+    relative.row(i) = (point.frame * sum).transpose();
+  }
+  const Points change =
+      settle_velocities(group.list, group.laws, result.p, relative, state.bodies, state.settled[group.searches.front().pair]);
+  if (!change.allFinite()) {
+    result.residual = std::numeric_limits<double>::infinity();
+    return;
+  }
+  spread_impulses(group.list, group.laws, change, state.bodies);
+  for (const Index b : group.bodies) {
+    ContactBody& contact = state.bodies[b];
+    const ContactNodes& nodes = sim.contact_nodes[b];
+    Body& body = *sim.bodies[nodes.body];
+    if (!contact.impulses.isZero(0)) body.add_end_impulses(nodes.set, contact.impulses, ImpulseKind::contact);
+    if (!contact.friction.isZero(0)) body.add_end_impulses(nodes.set, contact.friction, ImpulseKind::friction);
+    state.impulses_since_output[b] += contact.impulses + contact.friction;
+  }
+  result.p += change;
+}
+
+// What statics do beside shapes with mass under the last step's forces, in scene axes: the predicted end is without it, and nearly
+// the same comes again. Empty: nothing.
+Points last_statics(const ContactBody& body) {
+  const auto& thin = body.response.thin;
+  if (!thin || thin->A->rows() == 0 || body.still.size() != thin->rows->size()) return {};
+  Matrix moved = Matrix::Zero(thin->n_dofs(), 1);
+  thin->rows->add_spread(body.still, moved);
+  Points statics(thin->n_dofs() / 3, 3);
+  for (Index i = 0; i < statics.rows(); ++i) statics.row(i) = (body.response.axes * moved.col(0).segment<3>(3 * i)).transpose();
+  return statics;
+}
+
+// Finds the points where bodies will about be with the last forces, as what these do has no share in a step's length; their gaps
+// are those without any.
+ContactGroup collect_with_statics(Simulation& sim, const std::vector<Index>& pairs, bool initial, ContactState& state) {
+  std::map<Index, Points> statics;
+  for (const Index p : pairs)
+    for (const Index b : {sim.pairs[p].slave->body, sim.pairs[p].master->body})
+      if (const auto [at, is_new] = statics.try_emplace(b); is_new) at->second = last_statics(state.bodies[b]);
+  std::erase_if(statics, [](const auto& of) { return of.second.rows() == 0; });
+  for (const auto& [b, moved] : statics) {
+    state.bodies[b].end += moved;
+    sweep(state.bodies[b]);
+  }
+  ContactGroup group = collect(sim, pairs, initial, state);
+  for (const auto& [b, moved] : statics) {
+    state.bodies[b].end -= moved;
+    sweep(state.bodies[b]);
+  }
+  if (statics.empty()) return group;
+  for (ContactPoint& point : group.list.points) {
+    for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {
+      const ContactTerm& term = group.list.terms[t];
+      if (const auto of = statics.find(term.body); of != statics.end())
+        point.gap -= term.coefficient * (point.frame * of->second.row(term.node).transpose());
+    }
+  }
+  return group;
+}
+
+// The points of some pairs, ready to be solved; without points the pairs have forgotten what they knew.
+ContactGroup start_group(Simulation& sim, const std::vector<Index>& pairs, double h, bool initial, ContactState& state,
+                         StepSeconds& seconds) {
+  ContactGroup group = [&] {
+    const Stopwatch watch(seconds.search);
+    return collect_with_statics(sim, pairs, initial, state);
+  }();
+  if (group.list.empty()) {
+    for (const ContactSearch& of : group.searches) forget(*of.memory);
+    return group;
+  }
+  const Stopwatch watch(seconds.response);
+  prepare(sim, group, h, state);
+  return group;
+}
+
+void solve_group(Simulation& sim, const std::vector<Index>& pairs, double h, bool initial, ContactState& state,
+                 ContactOutcome& outcome, StepSeconds& seconds) {
+  const ContactGroup group = start_group(sim, pairs, h, initial, state, seconds);
+  if (group.list.empty()) return;
+  const Stopwatch watch(seconds.contact);
+  EnforcementResult result = enforce(sim, group, h, state, outcome);
+  if (is_newmark(sim, group)) settle(sim, group, state, result);
+  book(sim, group, result, state, outcome);
+  remember(sim, group, result);
+}
+
+// Of the points, over the step as far as it is known.
+Vector normal_motions(const ContactGroup& group, const ContactState& state) {
+  Vector motion(static_cast<Index>(group.list.points.size()));
+  for (Index i = 0; i < motion.size(); ++i) {
+    const ContactPoint& point = group.list.points[static_cast<std::size_t>(i)];
+    motion[i] = point.normal().dot(relative_motion(group.list, point, state.bodies));
+  }
+  return motion;
+}
+
+// A pair with springs that have pushed.
+struct PushedSprings {
+  ContactGroup group;
+  EnforcementResult result;  // gaps without any impulses of the step
+  Points slip;               // see elastic_slips
+  Vector motion;             // of the points along their normals, as the gaps know it
+};
+
+void push_springs(Simulation& sim, Index p, double h, bool initial, ContactState& state, ContactOutcome& outcome,
+                  StepSeconds& seconds, std::vector<PushedSprings>& pushed) {
+  PushedSprings springs{start_group(sim, {p}, h, initial, state, seconds), {}, {}, {}};
+  const ContactGroup& group = springs.group;
+  if (group.list.empty()) return;
+  const Stopwatch watch(seconds.contact);
+  ContactPair& pair = sim.pairs[p];
+  springs.slip = elastic_slips(group);
+  springs.motion = normal_motions(group, state);
+  springs.result = enforce_penalty(group.list, group.laws, h, largest_frequency(sim, group) * h, pair.damping, state.bodies,
+                                   pair.state().penalty, springs.slip);
+  deliver(sim, group, false, h, state, outcome);
+  book(sim, group, springs.result, state, outcome);
+  pushed.push_back(std::move(springs));
+}
+
+// Once all that acts in the step is known: a node that is pressed into a face by what acts elsewhere touches it as well as one that
+// comes by itself. Else it would count as found behind the face, and be left there, deeper with every step.
+void finish_springs(const Simulation& sim, const ContactState& state, PushedSprings& springs) {
+  springs.result.gap.col(0) += normal_motions(springs.group, state) - springs.motion;
+  stretch_springs(springs.group, springs.result, springs.slip, state);
+  remember(sim, springs.group, springs.result);
+}
+
+// For messages: "impact.yaml:12: contact a.top - b.bottom: "
+std::string where(const ContactPair& pair) {
+  return (pair.source ? pair.source->text() + ": " : "") + "contact " + pair.name + ": ";
+}
+
+// Of `all`, pairs that lie apart are not tied.
+void tie_pair(Simulation& sim, ContactPair& pair, ContactState& state) {
+  for (const Index b : {pair.slave->body, pair.master->body}) {
+    const ContactNodes& nodes = sim.contact_nodes[b];
+    sim.bodies[nodes.body]->positions(nodes.set, state.bodies[b].start);
+  }
+  const Points &slave = state.bodies[pair.slave->body].start, &master = state.bodies[pair.master->body].start;
+  ContactList ties;
+  Points offset;
+  const TieReport report = pair.formulation == Formulation::mortar
+                               ? tie_mortar(*pair.slave, slave, *pair.master, master, sim.detection, pair.adjust, ties, offset)
+                               : tie_surfaces(*pair.slave, slave, *pair.master, master, pair.adjust, ties, offset);
+  if (!ties.empty()) {
+    PairState& now = pair.state();
+    now.ties = std::move(ties), now.tie_offset = std::move(offset), now.tie_report = report;
+    return;
+  }
+  if (pair.of_all) return;
+  std::ostringstream message;
+  message << where(pair) << "tied: no node of " << pair.slave->name << " is within ";
+  if (pair.adjust) {
+    message << *pair.adjust;
+  } else {
+    message << "5 % of a face";
+  }
+  message << " of " << pair.master->name << " at the start: give adjust a length that spans what lies between";
+  throw InputError(message.str());
+}
+
+void tie_pairs(Simulation& sim, ContactState& state) {
+  const ContactPair* of_all = nullptr;
+  bool any = false;
+  for (ContactPair& pair : sim.pairs) {
+    if (pair.law.law != ContactLaw::tied || pair.is_link) continue;
+    tie_pair(sim, pair, state);
+    if (!pair.of_all) continue;
+    of_all = &pair;
+    any |= !pair.seen().ties.empty();
+  }
+  if (of_all && !any)
+    throw InputError(of_all->source->text() +
+                     ": contact: all, tied: no two instances are close enough to each other at the start: " +
+                     "give adjust a length that spans what lies between");
+}
+
+}  // namespace
+
+void ContactOutcome::start(const Simulation& simulation) {
+  touched.assign(simulation.contact_nodes.size(), 0);
+  near.assign(simulation.pairs.size(), 0), has_met = near;
+  active.assign(simulation.pairs.size(), 0);
+  for (std::size_t p = 0; p < simulation.pairs.size(); ++p) {  // what the scene names is written whether it meets or not
+    if (simulation.pairs[p].of_all) continue;
+    has_met[p] = 1;
+    met.push_back(static_cast<Index>(p));
+  }
+}
+
+void ContactOutcome::next_step() {
+  std::fill(touched.begin(), touched.end(), 0);
+  for (const Index p : searched) near[p] = 0, active[p] = 0;
+  searched.clear();
+}
+
+ContactState start_contact(Simulation& sim) {
+  ContactState state;
+  const std::size_t n = sim.contact_nodes.size();
+  state.bodies.resize(n), state.masses.resize(n), state.impulses_since_output.resize(n), state.normal_since_output.resize(n);
+  for (std::size_t b = 0; b < n; ++b) {
+    state.bodies[b].impulses.setZero(static_cast<Index>(sim.contact_nodes[b].nodes.size()), 3);
+    state.impulses_since_output[b] = state.bodies[b].friction = state.bodies[b].impulses;
+    if (sim.contact_nodes[b].areas.size() > 0) state.normal_since_output[b] = state.bodies[b].impulses;
+  }
+  tie_pairs(sim, state);
+  for (const ContactPair& pair : sim.pairs) {
+    if (pair.enforcement != Enforcement::nodal) continue;
+    for (const Index b : {pair.slave->body, pair.master->body}) {
+      const ContactNodes& nodes = sim.contact_nodes[b];
+      state.masses[b] = sim.bodies[nodes.body]->nodal_masses(nodes.set);
+      if (!(state.masses[b].minCoeff() > 0)) {
+        throw InputError(
+            where(pair) + "nodal enforcement: instance '" + sim.bodies[nodes.body]->name() +
+            "' has a row sum of its mass that is not positive, so its nodes cannot be weighed: use enforcement: impulse");
+      }
+    }
+  }
+  return state;
+}
+
+void contact_step(Simulation& sim, const std::vector<Index>& due, double h, bool initial, ContactState& state,
+                  ContactOutcome& outcome, StepSeconds& seconds) {
+  outcome.next_step();
+  outcome.searched = due;
+  // Penalty knows the start only; impulses see its effect on the end; nodal changes what the others leave.
+  std::vector<PushedSprings> pushed;
+  for (const Index p : due)
+    if (sim.pairs[p].enforcement == Enforcement::penalty) push_springs(sim, p, h, initial, state, outcome, seconds, pushed);
+  for (const Enforcement enforcement : {Enforcement::impulse, Enforcement::nodal})
+    for (const auto& pairs : islands(sim, due, enforcement)) solve_group(sim, pairs, h, initial, state, outcome, seconds);
+  for (PushedSprings& springs : pushed) finish_springs(sim, state, springs);
+  for (std::size_t b = 0; b < state.bodies.size(); ++b)
+    if (outcome.touched[b] == 0) state.bodies[b].still.resize(0);
+  for (const Index p : due) {
+    if (!outcome.near[p] || outcome.has_met[p]) continue;
+    outcome.has_met[p] = 1;
+    outcome.met.push_back(p);
+  }
+}
+
+}  // namespace cbr

@@ -1,0 +1,319 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/run/pair_schedule.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_map>
+
+namespace cbr {
+namespace {
+
+constexpr Index longest_wait = 8;
+constexpr double many_steps = 8;  // apart: not worth a bound that says it better
+constexpr Index of_walls = -1;    // a partner's body
+
+// Of the largest face, that a search may reach: more at the start, where surfaces may overlap by as much as a face.
+double face_share(Index step) { return step == 0 ? 1.5 : 0.5; }
+
+// First time at which g + w t - b t - a t^2 / 2 reaches 0, for g > 0.
+double first_root(double gap, double speed, double growth, double acceleration) {
+  if (gap <= 0) return 0;
+  const double closing = growth - speed;  // gap - closing t - acceleration t^2 / 2
+  if (acceleration <= 0) return closing > 0 ? gap / closing : HUGE_VAL;
+  return 2 * gap / (closing + std::sqrt(closing * closing + 2 * acceleration * gap));
+}
+
+// No contact before this time: on some axis one surface is still wholly on one side of the other.
+double time_apart(const MotionBound& a, const MotionBound& b, const Vector3& margin) {
+  double apart = 0;
+  for (int c = 0; c < 3; ++c) {
+    const double growth = a.growth[c] + b.growth[c], acceleration = a.acceleration[c] + b.acceleration[c];
+    const double above = b.lower[c] - a.upper[c] - margin[c], below = a.lower[c] - b.upper[c] - margin[c];
+    apart = std::max(apart, first_root(above, b.lower_speed[c] - a.upper_speed[c], growth, acceleration));
+    apart = std::max(apart, first_root(below, a.lower_speed[c] - b.upper_speed[c], growth, acceleration));
+  }
+  return apart;
+}
+
+// The bound as seen t >= 0 later.
+MotionBound later(const MotionBound& bound, double t) {
+  MotionBound then = bound;
+  const Vector3 spread = bound.growth * t + bound.acceleration * (0.5 * t * t);
+  then.lower += bound.lower_speed * t - spread, then.upper += bound.upper_speed * t + spread;
+  then.growth += bound.acceleration * t;
+  return then;
+}
+
+MotionBound standing(const Points& x) {
+  MotionBound bound;
+  bound.lower = x.colwise().minCoeff().transpose(), bound.upper = x.colwise().maxCoeff().transpose();
+  bound.lower_speed = bound.upper_speed = bound.growth = bound.acceleration = Vector3::Zero();
+  return bound;
+}
+
+}  // namespace
+
+PairSchedule::PairSchedule(Simulation& simulation, bool jumps, const std::vector<char>& resting,
+                           std::function<void(Index, Index)> bring, WorkCounts& counts)
+    : sim_(simulation), jumps_(jumps), resting_(resting), bring_(std::move(bring)), counts_(counts) {
+  const std::size_t n = sim_.pairs.size();
+  known_.resize(sim_.contact_nodes.size()), partners_.resize(sim_.contact_nodes.size());
+  stamp_.assign(n, 0), taken_at_.assign(n, -1), wait_.assign(n, 1), backoff_.assign(n, 1);
+  kind_.reserve(n), largest_face_.reserve(n);
+  std::unordered_map<const ContactSurface*, double> largest;  // of all pairs that share a surface
+  const auto largest_face = [&](const ContactSurface& surface) {
+    const auto [at, is_new] = largest.try_emplace(&surface, 0);
+    return is_new ? at->second = surface.sizes.maxCoeff() : at->second;
+  };
+  for (std::size_t p = 0; p < n; ++p) {
+    const ContactPair& pair = sim_.pairs[p];
+    kind_.push_back(kind_of(pair));
+    largest_face_.push_back(pair.wall ? 0 : std::max(largest_face(*pair.slave), largest_face(*pair.master)));
+    if (kind_.back() == Kind::always) always_.push_back(static_cast<Index>(p));
+    if (kind_.back() != Kind::timed) continue;
+    const Index slave = pair.slave->body, master = pair.wall ? of_walls : pair.master->body;
+    partners_[slave].push_back({master, static_cast<Index>(p)});
+    if (pair.wall) continue;
+    partners_[master].push_back({slave, static_cast<Index>(p)});
+    face_of_any_ = std::max(face_of_any_, largest_face_.back()), adjust_of_any_ = std::max(adjust_of_any_, pair.adjust.value_or(0));
+  }
+  for (std::size_t c = 0; c < partners_.size(); ++c) {
+    std::sort(partners_[c].begin(), partners_[c].end());
+    if (!partners_[c].empty() && partners_[c].back().body != of_walls) meeting_.push_back(static_cast<Index>(c));
+  }
+}
+
+// Tied surfaces that lie apart are one of all that have nothing to do with each other.
+PairSchedule::Kind PairSchedule::kind_of(const ContactPair& pair) const {
+  if (pair.law.law == ContactLaw::tied) return pair.seen().ties.empty() ? Kind::never : Kind::always;
+  const bool itself = !pair.wall && pair.slave->body == pair.master->body;
+  return jumps_ && !itself ? Kind::timed : Kind::always;
+}
+
+bool PairSchedule::is_free(Index p) const {
+  return !known_[sim_.pairs[p].slave->body].loose && !known_[sim_.pairs[p].master->body].loose;
+}
+
+void PairSchedule::start() {
+  for (std::size_t c = 0; c < known_.size(); ++c) {
+    const Index body = sim_.contact_nodes[c].body;
+    known_[c].can_settle = sim_.bodies[body]->is_exact();
+    if (partners_[c].empty()) continue;
+    if (known_[c].can_settle || resting_[body]) {
+      form(static_cast<Index>(c), 0, false);
+    } else {
+      loosen(static_cast<Index>(c));
+    }
+  }
+  for (Index p = 0; p < static_cast<Index>(kind_.size()); ++p)
+    if (kind_[p] == Kind::timed && is_free(p)) first_look(p);
+}
+
+// Springs are made for the points within reach at the first step; whether there are any must not hang on boxes, which depend on the
+// axes.
+void PairSchedule::first_look(Index p) {
+  if (sim_.pairs[p].enforcement == Enforcement::penalty) return enqueue(p, 0);
+  schedule(p, 0);
+}
+
+Index PairSchedule::next(Index step) const {
+  if (!always_.empty() || !loose_.empty()) return step;
+  return queue_.empty() ? plan().n_steps() + 1 : std::max(step, queue_.front().step);
+}
+
+void PairSchedule::enqueue(Index pair, Index step) {
+  ++stamp_[pair];
+  if (step > plan().n_steps()) return;
+  queue_.push_back({step, pair, stamp_[pair]});
+  std::push_heap(queue_.begin(), queue_.end());
+}
+
+void PairSchedule::take(Index pair, Index step, std::vector<Index>& pairs) {
+  if (taken_at_[pair] == step) return;
+  taken_at_[pair] = step;
+  ++stamp_[pair];
+  taken_.push_back(pair);
+  pairs.push_back(pair);
+}
+
+void PairSchedule::due(Index step, std::vector<Index>& pairs) {
+  pairs = always_;
+  taken_.clear();
+  while (!queue_.empty() && queue_.front().step <= step) {
+    const Entry entry = queue_.front();
+    std::pop_heap(queue_.begin(), queue_.end());
+    queue_.pop_back();
+    if (entry.stamp == stamp_[entry.pair]) take(entry.pair, step, pairs);
+  }
+  for (const Index c : loose_)
+    for (auto partner = partners_[c].begin(); partner != partners_[c].end() && partner->body == of_walls; ++partner)
+      take(partner->pair, step, pairs);
+  std::sort(pairs.begin(), pairs.end());
+}
+
+bool PairSchedule::is_far(Index p, bool initial, const ContactState& state) const {
+  const ContactPair& pair = sim_.pairs[p];
+  if (pair.wall || kind_[p] == Kind::always) return false;
+  const ContactBody &a = state.bodies[pair.slave->body], &b = state.bodies[pair.master->body];
+  // Above every reach of a search: contact_reach() of either side's faces, with motions relative to either
+  const Vector3 reach = Vector3::Constant(face_share(initial ? 0 : 1) * largest_face_[p] + 2 * (a.longest_way + b.longest_way) +
+                                          pair.adjust.value_or(0));
+  return !Box{a.swept.lower - reach, a.swept.upper + reach}.meets(b.swept);
+}
+
+const Box& PairSchedule::box_of(Index c, Index step) {
+  Known& known = known_[c];
+  if (known.box_step == step) return known.box;
+  const MotionBound start = bound_at(c, step), end = later(start, plan().step_length(step));
+  known.box = {start.lower.cwiseMin(end.lower), start.upper.cwiseMax(end.upper)};
+  known.box_step = step;
+  return known.box;
+}
+
+// The longest way of a node in the step. A free body's box spans it, and its reach grows with it as is_far()'s does.
+double PairSchedule::longest_way(Index c, Index step, const ContactState& state) const {
+  if (known_[c].loose) return state.bodies[c].longest_way;
+  const MotionBound& bound = known_[c].bound;
+  const double since = plan().time(step + 1) - plan().time(std::max<Index>(known_[c].step, 0));
+  const Vector3 speed = bound.lower_speed.cwiseAbs().cwiseMax(bound.upper_speed.cwiseAbs()) + bound.growth;
+  return (speed + bound.acceleration * since).norm() * plan().step_length(step);
+}
+
+// Boxes of the loose bodies against those of all, each grown by its share of the largest reach of a pair: what is left is compared
+// pair by pair.
+void PairSchedule::find_near(Index step, const ContactState& state) {
+  const auto grown = [](const Box& box, double by) { return Box{box.lower.array() - by, box.upper.array() + by}; };
+  const double reach = face_share(step) * face_of_any_ + adjust_of_any_;
+  targets_.clear(), queries_.clear(), ways_.clear();
+  for (const Index d : meeting_) {
+    ways_.push_back(longest_way(d, step, state));
+    targets_.push_back(grown(known_[d].loose ? state.bodies[d].swept : box_of(d, step), 2 * ways_.back()));
+  }
+  for (const Index c : loose_) queries_.push_back(grown(state.bodies[c].swept, reach + 2 * state.bodies[c].longest_way));
+  find_candidates(queries_, targets_, grid_);
+}
+
+void PairSchedule::add_meetings(Index step, const ContactState& state, std::vector<Index>& pairs) {
+  if (loose_.empty()) return;
+  const std::size_t before = pairs.size();
+  find_near(step, state);
+  const CandidateList& near = grid_.candidates;
+  for (std::size_t i = 0; i < loose_.size(); ++i) {
+    const Index c = loose_[i];
+    const ContactBody& body = state.bodies[c];
+    for (Index k = near.first[i]; k < near.first[i + 1]; ++k) {
+      const Index d = meeting_[near.target[k]];
+      const double way = body.longest_way + ways_[near.target[k]];
+      const Box& other = known_[d].loose ? state.bodies[d].swept : box_of(d, step);
+      for (auto partner = std::lower_bound(partners_[c].begin(), partners_[c].end(), Partner{d, 0});
+           partner != partners_[c].end() && partner->body == d; ++partner) {
+        const Index p = partner->pair;
+        if (taken_at_[p] == step) continue;
+        ++counts_.pair_looks;
+        const Vector3 reach = Vector3::Constant(face_share(step) * largest_face_[p] + 2 * way + sim_.pairs[p].adjust.value_or(0));
+        if (Box{body.swept.lower - reach, body.swept.upper + reach}.meets(other)) take(p, step, pairs);
+      }
+    }
+  }
+  if (pairs.size() > before) std::sort(pairs.begin(), pairs.end());
+}
+
+// Quick ones are looser, and serve while bodies are far from each other.
+void PairSchedule::form(Index c, Index step, bool fine) {
+  Known& known = known_[c];
+  const ContactNodes& nodes = sim_.contact_nodes[c];
+  if (resting_[nodes.body]) {
+    Points x;
+    if (known.step < 0) sim_.bodies[nodes.body]->positions(nodes.set, x), known.bound = standing(x);
+    known.fine = true;
+  } else {
+    bring_(nodes.body, step);
+    const Body& body = *sim_.bodies[nodes.body];
+    known.bound = fine ? body.motion_bound(nodes.set) : body.quick_motion_bound(nodes.set);
+    known.fine = fine;
+    ++counts_.bounds;
+  }
+  known.step = step, known.box_step = -1;
+}
+
+MotionBound PairSchedule::bound_at(Index c, Index step) const {
+  const Known& known = known_[c];
+  return known.step == step ? known.bound : later(known.bound, plan().time(step) - plan().time(known.step));
+}
+
+double PairSchedule::steps_apart(Index p, Index step) const {
+  const ContactPair& pair = sim_.pairs[p];
+  // Surfaces may overlap from the start by as much as a face, which flat ones seem apart by; later by what was found then, or nodes
+  // are caught late. Adjusted gaps are closed at a distance
+  const PairState& state = pair.seen();
+  const double overlap = std::max({state.memory.initial_overlap, state.memory.depth, state.back.initial_overlap, state.back.depth});
+  const double margin =
+      (step == 0 ? face_share(0) * largest_face_[p] : sim_.detection.late_depth * pair.master->size + overlap) + pair.adjust.value_or(0);
+  const MotionBound slave = bound_at(pair.slave->body, step);
+  if (pair.wall) return std::floor(pair.wall->time_apart(slave, margin) / plan().h);
+  // Nodes off the edges of faces may be held; two-way looks at those of either side
+  const Vector3 beside = sim_.detection.overhang() * pair.master->extent.cwiseMax(pair.slave->extent);
+  const double apart = time_apart(slave, bound_at(pair.master->body, step), beside.array() + margin);
+  return std::floor(apart / plan().h);
+}
+
+// When a pair of free bodies has to be looked at again. A bound is dear compared with a step.
+void PairSchedule::schedule(Index p, Index step) {
+  if (step > 0 && --wait_[p] > 0) return enqueue(p, step);
+  ++counts_.pair_looks;
+  const Index bodies[2] = {sim_.pairs[p].slave->body, sim_.pairs[p].master->body};
+  double apart = steps_apart(p, step);
+  for (const bool fine : {false, true}) {
+    if (apart >= many_steps) break;
+    bool formed = false;
+    for (const Index c : bodies) {
+      if (resting_[sim_.contact_nodes[c].body] || (known_[c].step == step && (known_[c].fine || !fine))) continue;
+      form(c, step, fine);
+      formed = true;
+    }
+    if (formed) apart = steps_apart(p, step);
+  }
+  backoff_[p] = apart >= 1 ? 1 : std::min(2 * backoff_[p], longest_wait);
+  wait_[p] = backoff_[p];
+  enqueue(p, step + static_cast<Index>(std::min(apart, static_cast<double>(plan().n_steps() + 1))));
+}
+
+void PairSchedule::loosen(Index c) {
+  Known& known = known_[c];
+  if (known.loose || partners_[c].empty()) return;
+  known.loose = true, known.step = -1;
+  loose_.push_back(c);
+  for (const Partner& partner : partners_[c]) ++stamp_[partner.pair];  // what its bound has said of them no longer holds
+}
+
+void PairSchedule::update(Index step, const ContactOutcome& outcome) {
+  for (const Index p : outcome.searched) {
+    const ContactPair& pair = sim_.pairs[p];
+    for (const Index c : {pair.slave->body, pair.master->body}) {
+      if (outcome.touched[c]) loosen(c);
+      if (outcome.touched[c] || outcome.near[p]) known_[c].busy_at = step;
+    }
+  }
+  settled_.clear();
+  std::erase_if(loose_, [&](Index c) {
+    Known& known = known_[c];
+    const bool settles = known.can_settle && known.busy_at != step;
+    if (settles) known.loose = false, settled_.push_back(c);
+    return settles;
+  });
+  for (const Index c : settled_) form(c, step, false);
+  for (const Index p : taken_) {
+    if (outcome.near[p]) {
+      wait_[p] = backoff_[p] = 1;
+      enqueue(p, step);
+    } else if (is_free(p)) {
+      schedule(p, step);
+    }
+  }
+  for (const Index c : settled_)
+    for (const Partner& partner : partners_[c])
+      if (is_free(partner.pair) && taken_at_[partner.pair] != step - 1) schedule(partner.pair, step);
+  taken_.clear();
+}
+
+}  // namespace cbr

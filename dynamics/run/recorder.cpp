@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/run/recorder.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "common/base/error.hpp"
+
+namespace cbr {
+
+namespace {
+
+bool ends_finite(const std::vector<double>& series) { return series.empty() || std::isfinite(series.back()); }
+bool ends_finite(const Series3& series) {
+  return series.values.empty() ||
+         std::all_of(series.values.end() - 3, series.values.end(), [](double v) { return std::isfinite(v); });
+}
+
+// Of all that is to be written, not of the energies alone: an angular momentum overflows long before they do.
+bool ends_finite(const RunResult::OfBody& of) {
+  return ends_finite(of.center_of_mass) && ends_finite(of.reaction) && ends_finite(of.momentum) && ends_finite(of.angular_momentum) &&
+         ends_finite(of.kinetic_energy) && ends_finite(of.strain_energy);
+}
+bool ends_finite(const RunResult::OfMonitor& of) {
+  return ends_finite(of.mean_position) && ends_finite(of.mean_velocity) && ends_finite(of.mean_acceleration) &&
+         ends_finite(of.force);
+}
+bool ends_finite(const RunResult::OfPair& of) {
+  return ends_finite(of.area) && ends_finite(of.penetration) && ends_finite(of.residual) && ends_finite(of.force) &&
+         ends_finite(of.center_of_pressure);
+}
+
+}  // namespace
+
+Recorder::Recorder(Simulation& simulation) : sim_(simulation) {
+  result_.monitors.resize(sim_.monitors.size());
+  result_.bodies.resize(sim_.bodies.size());
+  result_.pairs.resize(sim_.pairs.size());
+  result_.watches.resize(sim_.watches.size());
+  result_.scans.resize(sim_.scans.size());
+  last_.resize(sim_.bodies.size()), work_.resize(sim_.bodies.size());
+}
+
+void Recorder::record(double t, double interval, const std::vector<char>& resting, ContactState& state,
+                      const ContactOutcome& outcome) {
+  result_.time.push_back(t);
+  coordinates_.clear();
+  record_energy(resting);
+  record_reactions(t, interval, state);
+  record_monitors(interval, state);
+  record_stress(t);
+  record_pairs(interval, outcome);
+  record_pressure(interval, state);
+  check_finite(t, outcome);
+}
+
+void Recorder::record_statics(double t, const std::vector<char>& resting, ContactState& state, const ContactOutcome& outcome) {
+  result_.time.push_back(t);
+  record_energy(resting);
+  record_static_reactions(t, state);
+  record_monitors(1, state);
+  record_pairs(1, outcome);
+  record_pressure(1, state);
+  check_finite(t, outcome);
+}
+
+void Recorder::record_pairs(double interval, const ContactOutcome& outcome) {
+  double active = 0;
+  const std::size_t before = result_.time.size() - 1;
+  for (const Index p : outcome.met) {
+    const PairState& pair = sim_.pairs[p].seen();
+    RunResult::OfPair& of = result_.pairs[p];
+    if (of.active.size() < before) {  // it has met only now
+      of.active.assign(before, 0), of.penetration = of.residual = of.area = of.active;
+      of.force.values.assign(3 * before, 0), of.center_of_pressure = of.force;
+    }
+    of.active.push_back(static_cast<double>(outcome.active[p]));
+    of.area.push_back(outcome.active[p] > 0 ? pair.area : 0);
+    of.penetration.push_back(pair.recent_penetration);
+    of.residual.push_back(pair.recent_residual);
+    of.force.add(interval > 0 ? Vector3((sim_.pairs[p].slave_is_first ? 1 : -1) * pair.impulse / interval) : Vector3::Zero());
+    of.center_of_pressure.add(pair.normal_impulse > 0 ? Vector3(pair.moment / pair.normal_impulse) : Vector3::Zero());
+    active += static_cast<double>(outcome.active[p]);
+    if (!sim_.pairs[p].has_state()) continue;
+    PairState& next = sim_.pairs[p].state();
+    next.penetration = std::max(next.penetration, next.recent_penetration);
+    next.residual = std::max(next.residual, next.recent_residual);
+    next.recent_penetration = next.recent_residual = next.normal_impulse = 0;
+    next.impulse = next.moment = Vector3::Zero();
+  }
+  result_.active.push_back(active);
+}
+
+void Recorder::record_pressure(double interval, ContactState& state) {
+  for (std::size_t c = 0; c < sim_.contact_nodes.size(); ++c) {
+    ContactNodes& nodes = sim_.contact_nodes[c];
+    Points& impulses = state.normal_since_output[c];
+    if (impulses.rows() == 0) continue;
+    nodes.pressure.setZero(impulses.rows());
+    for (Index i = 0; i < impulses.rows() && interval > 0; ++i) {
+      const double J = impulses.row(i).norm();
+      if (J == 0) continue;
+      const double area = facing_area(nodes.areas[i], nodes.area_vectors.row(i), impulses.row(i).transpose() / J);
+      if (area > 0) nodes.pressure[i] = J / (area * interval);
+    }
+    impulses.setZero();
+  }
+}
+
+void Recorder::record_monitors(double interval, ContactState& state) {
+  for (std::size_t i = 0; i < sim_.monitors.size(); ++i) {
+    const Monitor& monitor = sim_.monitors[i];
+    Vector3 position, velocity, impulse = Vector3::Zero();
+    if (monitor.pointed != nullptr) {
+      Vector3 theta, spin;
+      monitor.pointed->point_motion(monitor.point, position, theta, velocity, spin);
+      position += monitor.pointed->reference_positions().row(monitor.pointed->translation_node(monitor.point)).transpose();
+      result_.monitors[i].rotation.add(theta);
+    } else if (monitor.is_inside()) {
+      const auto& [q, rates] = coordinates(monitor.body);
+      // What turns or drives the body is the same affine map for all points, and so for their mean
+      const Points X = monitor.reference.transpose();
+      Points u = (monitor.rows * q).transpose(), v = (monitor.rows * rates).transpose();
+      sim_.bodies[monitor.body]->turn(X, u, v);
+      position = monitor.reference + u.row(0).transpose();
+      velocity = v.row(0).transpose();
+    } else {
+      sim_.bodies[monitor.body]->mean_motion(monitor.mean_set, position, velocity);
+    }
+    for (const Index slot : monitor.contact_slots) impulse += state.impulses_since_output[monitor.contact].row(slot).transpose();
+    const std::vector<double>& velocities = result_.monitors[i].mean_velocity.values;
+    Vector3 acceleration = Vector3::Zero();
+    if (interval > 0 && velocities.size() >= 3)
+      acceleration = (velocity - Eigen::Map<const Vector3>(velocities.data() + velocities.size() - 3)) / interval;
+    result_.monitors[i].mean_acceleration.add(acceleration);
+    result_.monitors[i].mean_position.add(position);
+    result_.monitors[i].mean_velocity.add(velocity);
+    result_.monitors[i].force.add(interval > 0 ? Vector3(impulse / interval) : Vector3::Zero());
+  }
+  for (auto& impulses : state.impulses_since_output) impulses.setZero();
+}
+
+void Recorder::record_energy(const std::vector<char>& resting) {
+  double total = 0, scaled = 0, external = 0, contact = 0, friction = 0, damping = 0, numerical = 0;
+  for (std::size_t b = 0; b < sim_.bodies.size(); ++b) {
+    if (!resting[b] || result_.time.size() == 1) last_[b] = sim_.bodies[b]->state(), work_[b] = sim_.bodies[b]->work();
+    const BodyState& now = last_[b];
+    const BodyWork& work = work_[b];
+    auto& series = result_.bodies[b];
+    series.center_of_mass.add(now.center_of_mass);
+    series.momentum.add(now.momentum);
+    series.angular_momentum.add(now.angular_momentum);
+    series.kinetic_energy.push_back(now.kinetic_energy);
+    series.strain_energy.push_back(now.strain_energy);
+    if (now.orientation)
+      series.orientation.insert(series.orientation.end(), now.orientation->begin(), now.orientation->end());
+    total += now.kinetic_energy + now.strain_energy;
+    scaled += now.scaled_energy;
+    external += work.external, contact += work.contact, friction += work.friction, damping += work.damping, numerical += work.numerical;
+    result_.largest_rotation = std::max(result_.largest_rotation, now.rotation);
+    series.rotation = std::max(series.rotation, now.rotation);
+    if (now.rotation > small_rotation && !series.turned_at) series.turned_at = result_.time.back();
+  }
+  if (result_.time.size() == 1) before_ = {external, contact, friction, damping, numerical};
+  external -= before_.external, contact -= before_.contact, friction -= before_.friction;
+  damping -= before_.damping, numerical -= before_.numerical;
+  result_.total.push_back(total);
+  if (scaled > 0) result_.scaled_energy_share = std::max(result_.scaled_energy_share, scaled / total);
+  result_.work_external.push_back(external);
+  result_.work_contact.push_back(contact);
+  result_.work_friction.push_back(friction);
+  result_.work_damping.push_back(damping);
+  result_.work_numerical.push_back(numerical);
+}
+
+// What changes the momentum beside loads and contact. Before the sums of contact begin anew.
+void Recorder::record_reactions(double t, double interval, const ContactState& state) {
+  std::vector<Vector3> of_contact(sim_.supports.size(), Vector3::Zero());
+  for (std::size_t c = 0; c < sim_.contact_nodes.size() && !of_contact.empty(); ++c)
+    of_contact[sim_.contact_nodes[c].body] += state.impulses_since_output[c].colwise().sum().transpose();
+  for (std::size_t b = 0; b < sim_.supports.size(); ++b) {
+    if (!sim_.supports[b]) continue;
+    RunResult::OfBody& of = result_.bodies[b];
+    const std::vector<double>& momentum = of.momentum.values;
+    if (!(interval > 0) || momentum.size() < 6) {
+      of.reaction.add(Vector3::Zero());
+      continue;
+    }
+    const Eigen::Map<const Vector3> now(momentum.data() + momentum.size() - 3), before(momentum.data() + momentum.size() - 6);
+    Vector3 impulse = now - before - of_contact[b];
+    for (const Supports::Resultant& load : sim_.supports[b]->loads)
+      impulse -= load.history.integral(t - interval, t) * load.force;
+    of.reaction.add(impulse / interval);
+  }
+}
+
+void Recorder::record_static_reactions(double t, const ContactState& state) {
+  std::vector<Vector3> rest(sim_.supports.size(), Vector3::Zero());
+  for (std::size_t c = 0; c < sim_.contact_nodes.size() && !rest.empty(); ++c)
+    rest[sim_.contact_nodes[c].body] -= state.impulses_since_output[c].colwise().sum().transpose();
+  for (std::size_t b = 0; b < sim_.supports.size(); ++b) {
+    if (!sim_.supports[b]) continue;
+    for (const Supports::Resultant& load : sim_.supports[b]->loads) rest[b] -= load.history.value(t) * load.force;
+    result_.bodies[b].reaction.add(rest[b]);
+  }
+}
+
+void Recorder::check_finite(double t, const ContactOutcome& outcome) const {
+  const RunResult& r = result_;
+  std::vector<std::string> where;
+  if (!not_finite_.empty()) where.push_back(not_finite_);
+  for (std::size_t b = 0; b < r.bodies.size(); ++b)
+    if (!ends_finite(r.bodies[b])) where.push_back("instance '" + sim_.bodies[b]->name() + "'");
+  for (const Index p : outcome.met)
+    if (!ends_finite(r.pairs[p])) where.push_back("contact " + sim_.pairs[p].name);
+  for (std::size_t w = 0; w < r.watches.size(); ++w) {
+    const auto n = static_cast<std::ptrdiff_t>(6 * sim_.watches[w].ids.size());
+    if (!std::all_of(r.watches[w].end() - n, r.watches[w].end(), [](double v) { return std::isfinite(v); }))
+      where.push_back("stress of " + sim_.watches[w].name);
+  }
+  for (std::size_t m = 0; m < r.monitors.size(); ++m)
+    if (!ends_finite(r.monitors[m])) where.push_back("surface " + sim_.monitors[m].name);
+  if (where.empty() && ends_finite(r.total) && ends_finite(r.work_external) && ends_finite(r.work_contact) &&
+      ends_finite(r.work_friction) && ends_finite(r.work_damping) &&
+      ends_finite(r.work_numerical) && std::isfinite(r.largest_rotation) &&
+      std::isfinite(r.scaled_energy_share))
+    return;
+  constexpr std::size_t most = 4;  // names
+  if (where.size() > most) where.resize(most), where.emplace_back("...");
+  std::ostringstream message;
+  message << "the motion is no longer finite at t = " << t << " s" << (where.empty() ? "" : ", ") << join(where)
+          << ": is the step above the critical one (time.force)? Or are loads, velocities or units beyond a double's reach?";
+  throw RunError(message.str());
+}
+
+}  // namespace cbr

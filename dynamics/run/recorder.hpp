@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What a run writes down at its output times.
+#pragma once
+
+#include <map>
+#include <utility>
+
+#include "dynamics/run/contact_step.hpp"
+#include "dynamics/run/simulation.hpp"
+
+namespace cbr {
+
+class Recorder {
+ public:
+  explicit Recorder(Simulation& simulation);
+
+  // All bodies are at time t, `interval` after the last record (0: the first). Sums of contact since then are taken and begin anew.
+  // RunError when anything that is recorded is no longer finite, by time and instance, pair or surface.
+  // resting, per body: has not moved since the last record.
+  void record(double t, double interval, const std::vector<char>& resting, ContactState& state, const ContactOutcome& outcome);
+  // In equilibrium: sums of contact are forces, and reactions what loads and contact leave.
+  void record_statics(double t, const std::vector<char>& resting, ContactState& state, const ContactOutcome& outcome);
+  RunResult& result() { return result_; }
+  void keep_state(StateArchive& archive);
+
+ private:
+  void record_monitors(double interval, ContactState& state);
+  void record_energy(const std::vector<char>& resting);
+  void record_stress(double t);
+  void record_reactions(double t, double interval, const ContactState& state);
+  void record_static_reactions(double t, const ContactState& state);
+  void record_pairs(double interval, const ContactOutcome& outcome);
+  void record_pressure(double interval, ContactState& state);
+  void check_finite(double t, const ContactOutcome& outcome) const;
+
+  Simulation& sim_;
+  RunResult result_;
+  // Coordinates and rates of a body now, for what follows from them; formed once an output.
+  const std::pair<Vector, Vector>& coordinates(Index body);
+  std::vector<BodyState> last_;  // per body
+  std::map<Index, std::pair<Vector, Vector>> coordinates_;
+  std::string not_finite_;  // stress that is not
+  std::vector<BodyWork> work_;
+  BodyWork before_;  // of all bodies, before the first record: of a preload
+};
+
+}  // namespace cbr

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/run/simulation.hpp"
+
+namespace cbr {
+
+PairState& ContactPair::state() {
+  if (!state_) {
+    state_ = std::make_unique<PairState>();
+    state_->memory.adjust = state_->back.adjust = adjust.value_or(0);
+    state_->memory.lets_jump = enforcement == Enforcement::penalty;
+  }
+  return *state_;
+}
+
+const PairState& ContactPair::seen() const {
+  static const PairState nothing;
+  return state_ ? *state_ : nothing;
+}
+
+}  // namespace cbr

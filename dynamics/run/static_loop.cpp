@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/run/static_loop.hpp"
+
+#include "common/files/state_archive.hpp"
+#include "dynamics/run/equilibrium.hpp"
+#include "dynamics/run/recorder.hpp"
+#include "dynamics/run/stopwatch.hpp"
+
+namespace cbr {
+namespace {
+
+class StaticLoop {
+ public:
+  StaticLoop(Simulation& simulation, const RunOptions& options)
+      : sim_(simulation),
+        options_(options),
+        state_(start_contact(simulation)),
+        recorder_(simulation),
+        moving_(simulation.bodies.size(), 0) {
+    outcome_.start(sim_);
+    equilibrium_.emplace(sim_, state_, outcome_);
+  }
+
+  RunResult run() {
+    RunResult& result = recorder_.result();
+    if (options_.restart) {
+      keep_state(*options_.restart);
+      options_.restart->finish();
+      for (ContactBody& contact : state_.bodies) contact.response_h = 0;
+    } else {
+      if (sim_.preload > 0) equilibrium_->preload(sim_.preload);
+      equilibrium_->step(0);
+      record();
+    }
+    const TimePlan& plan = sim_.plan;
+    while (step_ < plan.n_steps()) {
+      {
+        const Stopwatch watch(result.seconds.contact);
+        equilibrium_->step(plan.time(++step_));
+      }
+      ++result.steps;
+      count();
+      if (plan.is_output(step_)) record();
+      if (options_.on_progress) options_.on_progress(plan.time(step_) / plan.end);
+      if (step_ < plan.n_steps() && is_ended_here()) break;
+    }
+    result.reached = step_;
+    return std::move(result);
+  }
+
+ private:
+  void count() {
+    RunResult& result = recorder_.result();
+    Index active = 0;
+    for (const Index n : outcome_.active) active += n;
+    result.contact_rows += static_cast<double>(active);
+    result.contact_steps += active > 0;
+    result.work.body_steps += static_cast<Index>(sim_.bodies.size());
+    result.work.pair_searches += static_cast<Index>(sim_.pairs.size());
+  }
+
+  void record() {
+    const Stopwatch watch(recorder_.result().seconds.output);
+    recorder_.record_statics(sim_.plan.time(step_), moving_, state_, outcome_);
+    if (options_.on_output) options_.on_output(step_, sim_.plan.time(step_));
+  }
+
+  bool is_ended_here() {
+    const double t = sim_.plan.time(step_);
+    const bool ends = options_.is_to_end && options_.is_to_end();
+    if (options_.is_checkpoint && options_.is_checkpoint(step_, t))
+      options_.on_checkpoint(step_, t, StateArchive::saved([this](StateArchive& state) { keep_state(state); }));
+    if (ends) recorder_.result().ended_at = t;
+    return ends;
+  }
+
+  void keep_state(StateArchive& archive) {
+    archive.expect(sim_.plan.n_steps());
+    archive.expect(static_cast<Index>(sim_.bodies.size()));
+    archive(step_);
+    for (auto& body : sim_.bodies) body->keep_state(archive);
+    state_.keep_state(archive, sim_);
+    archive(outcome_, recorder_, *equilibrium_);
+  }
+
+  Simulation& sim_;
+  const RunOptions& options_;
+  ContactState state_;
+  ContactOutcome outcome_;
+  Recorder recorder_;
+  std::vector<char> moving_;
+  std::optional<Equilibrium> equilibrium_;
+  Index step_ = 0;
+};
+
+}  // namespace
+
+RunResult run_static(Simulation& simulation, const RunOptions& options) { return StaticLoop(simulation, options).run(); }
+
+}  // namespace cbr

@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
+
+#include "common/files/state_archive.hpp"
+#include "dynamics/run/contact_step.hpp"
+#include "dynamics/run/equilibrium.hpp"
+#include "dynamics/run/pair_schedule.hpp"
+#include "dynamics/run/recorder.hpp"
+#include "dynamics/run/simulation.hpp"
+#include "dynamics/run/static_loop.hpp"
+#include "dynamics/run/stopwatch.hpp"
+
+namespace cbr {
+namespace {
+
+class TimeLoop {
+ public:
+  TimeLoop(Simulation& simulation, const RunOptions& options)
+      : sim_(simulation),
+        options_(options),
+        state_(start_contact(simulation)),
+        recorder_(simulation),
+        resting_(simulation.bodies.size(), 0),
+        schedule_(
+            simulation, options.jumps, resting_, [this](Index body, Index step) { bring(body, step); }, recorder_.result().work) {
+    outcome_.start(sim_);
+    at_.assign(sim_.bodies.size(), 0);
+    is_moving_.assign(sim_.bodies.size(), 0);
+    current_.assign(sim_.contact_nodes.size(), 0);
+    located_ = current_;
+    contact_of_.assign(sim_.bodies.size(), -1);
+    for (std::size_t c = 0; c < sim_.contact_nodes.size(); ++c) contact_of_[sim_.contact_nodes[c].body] = static_cast<Index>(c);
+    if (sim_.preload > 0) preload();
+    for (std::size_t b = 0; b < resting_.size(); ++b) resting_[b] = options_.jumps && sim_.bodies[b]->at_rest();
+  }
+
+  RunResult run() {
+    if (options_.restart) {
+      keep_state(*options_.restart);
+      options_.restart->finish();
+    } else {
+      schedule_.start();
+      record();
+    }
+    while (step_ < plan().n_steps()) {
+      go_on();
+      const Index taken = ++recorder_.result().steps;
+      if (plan().is_output(step_)) record();
+      if (taken % told_ == 0 && options_.on_progress) options_.on_progress(plan().time(step_) / plan().end);
+      if (step_ < plan().n_steps() && is_ended_here()) break;
+    }
+    recorder_.result().reached = step_;
+    return std::move(recorder_.result());
+  }
+
+ private:
+  const TimePlan& plan() const { return sim_.plan; }
+
+  // A run that goes on has the state of one that has been preloaded.
+  void preload() {
+    Equilibrium equilibrium(sim_, state_, outcome_);
+    if (!options_.restart) equilibrium.preload(sim_.preload);
+    equilibrium.start_motion(plan().h);
+    outcome_.next_step();
+  }
+
+  // One step, or a jump over several.
+  void go_on() {
+    schedule_.due(step_, due_);
+    if (!due_.empty() || steps_something()) {
+      advance(step_);
+      ++step_;
+      return;
+    }
+    outcome_.next_step();
+    const Index next = std::min(plan().next_output(step_), std::max(schedule_.next(step_), step_ + 1));
+    recorder_.result().jumps += next > step_ + 1;
+    step_ = next;
+  }
+
+  bool is_ended_here() {
+    const double t = plan().time(step_);
+    const bool ends = options_.is_to_end && options_.is_to_end();
+    if (options_.is_checkpoint && options_.is_checkpoint(step_, t)) {
+      options_.on_checkpoint(step_, t, StateArchive::saved([this](StateArchive& state) { keep_state(state); }));
+    }
+    if (ends) recorder_.result().ended_at = t;
+    return ends;
+  }
+
+  // Between two steps. Nothing is brought up to date for it: a run that is watched goes on as one that is not.
+  void keep_state(StateArchive& archive) {
+    archive.expect(plan().n_steps());
+    archive.expect(static_cast<Index>(sim_.bodies.size()));
+    archive(step_, recorded_, at_, current_, resting_);
+    for (auto& body : sim_.bodies) body->keep_state(archive);
+    state_.keep_state(archive, sim_);
+    archive(outcome_, schedule_, recorder_);
+  }
+
+  // Whether a body has to be stepped although no pair is due.
+  bool steps_something() const {
+    if (!options_.jumps || !schedule_.loose().empty()) return true;
+    for (std::size_t b = 0; b < resting_.size(); ++b)
+      if (!resting_[b] && !sim_.bodies[b]->is_exact()) return true;
+    return false;
+  }
+
+  // The same for as many steps of one length, wherever they start: what is kept by the length of a step serves again.
+  double length(Index from, Index to) const {
+    if (to <= plan().n_whole) return static_cast<double>(to - from) * plan().h;
+    return to == from + 1 ? plan().step_length(from) : plan().time(to) - plan().time(from);
+  }
+
+  // Brings an exact body that has been left behind to `step` in one jump; one at rest is there.
+  void bring(Index body, Index step) {
+    if (at_[body] == step) return;
+    if (!resting_[body]) {
+      sim_.bodies[body]->predict(plan().time(at_[body]), length(at_[body], step));
+      sim_.bodies[body]->accept();
+      ++recorder_.result().work.body_steps;
+      if (contact_of_[body] >= 0) current_[contact_of_[body]] = 0;
+    }
+    at_[body] = step;
+  }
+
+  void move(Index body, Index step) {
+    if (is_moving_[body]) return;
+    bring(body, step);
+    sim_.bodies[body]->predict(plan().time(step), plan().step_length(step));
+    is_moving_[body] = 1;
+    moving_.push_back(body);
+  }
+
+  // Start and predicted end of a contact body's nodes; the last step's end is this step's start.
+  void locate(Index c, Index step) {
+    if (located_[c]) return;
+    const ContactNodes& nodes = sim_.contact_nodes[c];
+    move(nodes.body, step);
+    ContactBody& contact = state_.bodies[c];
+    if (current_[c]) {
+      contact.start.swap(contact.end);
+    } else {
+      sim_.bodies[nodes.body]->positions(nodes.set, contact.start);
+    }
+    sim_.bodies[nodes.body]->predicted_positions(nodes.set, contact.end);
+    sweep(contact);
+    located_[c] = 1;
+  }
+
+  void locate_due(Index step) {
+    for (const Index p : due_) locate(sim_.pairs[p].slave->body, step), locate(sim_.pairs[p].master->body, step);
+  }
+
+  void set_out(Index step) {
+    moving_.clear();
+    std::fill(located_.begin(), located_.end(), 0);
+    for (Index b = 0; b < static_cast<Index>(resting_.size()); ++b)
+      if (!options_.jumps || (!resting_[b] && !sim_.bodies[b]->is_exact())) move(b, step);
+    for (const Index c : schedule_.loose()) locate(c, step);
+    locate_due(step);
+    schedule_.add_meetings(step, state_, due_);
+    locate_due(step);
+  }
+
+  // One step of all bodies that take part in a due pair, are pushed, or are not exact.
+  void advance(Index step) {
+    const bool initial = step == 0 && sim_.preload == 0;
+    StepSeconds& seconds = recorder_.result().seconds;
+    {
+      const Stopwatch watch(seconds.bodies);
+      set_out(step);
+    }
+    // A pair that had points in the last step is searched all the same, so that it forgets them
+    std::erase_if(due_, [&](Index p) { return !outcome_.near[p] && schedule_.is_far(p, initial, state_); });
+    contact_step(sim_, due_, plan().step_length(step), initial, state_, outcome_, seconds);
+    {
+      const Stopwatch watch(seconds.bodies);
+      arrive(step + 1);
+    }
+    recorder_.result().work.body_steps += static_cast<Index>(moving_.size());
+    count_contact();
+    schedule_.update(step + 1, outcome_);
+  }
+
+  void count_contact() {
+    RunResult& result = recorder_.result();
+    bool any = false;
+    for (const Index p : outcome_.searched) {
+      any = any || outcome_.near[p];
+      result.contact_rows += static_cast<double>(outcome_.active[p]);
+    }
+    result.contact_steps += any;
+    result.work.pair_searches += static_cast<Index>(outcome_.searched.size());
+  }
+
+  void arrive(Index step) {
+    for (const Index b : moving_) {
+      sim_.bodies[b]->accept();
+      at_[b] = step;
+      is_moving_[b] = 0;
+      const Index c = contact_of_[b];
+      if (c < 0) continue;
+      current_[c] = located_[c];
+      if (outcome_.touched[c]) resting_[b] = 0;
+    }
+  }
+
+  void record() {
+    const Stopwatch watch(recorder_.result().seconds.output);
+    const double t = plan().time(step_), interval = t - plan().time(recorded_);
+    for (Index b = 0; b < static_cast<Index>(sim_.bodies.size()); ++b) bring(b, step_);
+    recorder_.record(t, interval, resting_, state_, outcome_);
+    recorded_ = step_;
+    if (options_.on_output) options_.on_output(step_, t);
+  }
+
+  Simulation& sim_;
+  const RunOptions& options_;
+  // Steps from one call of on_progress to the next: few steps are long ones
+  const Index told_ = std::clamp<Index>(sim_.plan.n_steps() / 1000, 1, 16);
+  ContactState state_;
+  ContactOutcome outcome_;
+  Recorder recorder_;
+  std::vector<char> resting_;  // per body: has not moved, and will not before it is pushed
+  PairSchedule schedule_;
+  Index step_ = 0, recorded_ = 0;  // that the run, and the last output, have reached
+  std::vector<Index> at_;          // per body: the step it has reached
+  std::vector<Index> contact_of_;  // per body: its contact body, or -1
+  std::vector<char> current_;      // per contact body: `end` is where it is now
+  std::vector<char> located_;      // per contact body: start and end are those of this step
+  std::vector<char> is_moving_;    // per body
+  std::vector<Index> moving_, due_;
+};
+
+}  // namespace
+
+RunResult run(Simulation& simulation, const RunOptions& options) {
+  if (simulation.is_static) return run_static(simulation, options);
+  return TimeLoop(simulation, options).run();
+}
+
+}  // namespace cbr

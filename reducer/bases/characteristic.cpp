@@ -1,0 +1,333 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "reducer/bases/characteristic.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "common/base/error.hpp"
+#include "common/linalg/blas_threads.hpp"
+#include "common/linalg/dense.hpp"
+#include "common/linalg/dense_factor.hpp"
+#include "common/linalg/eigen/eigenpairs.hpp"
+#include "reducer/modes/diagonal_form.hpp"
+
+namespace cbr {
+namespace {
+
+constexpr double least_part = 1e-5;       // of a response's length, beside what is in the basis: below, it is in it
+constexpr double rigid_tolerance = 1e-8;  // of rigid motions, in the span of the shapes
+constexpr const char* shapes = "the interface's shapes";
+
+[[noreturn]] void fail(const std::string& what) { throw InputError("characteristic." + what); }
+
+// Dofs of the kept nodes, and the others.
+std::pair<std::vector<Index>, std::vector<Index>> split(const Superelement& s, const std::vector<char>& is_kept) {
+  std::pair<std::vector<Index>, std::vector<Index>> dofs;
+  for (Index i = 0; i < s.c(); ++i)
+    (is_kept[static_cast<std::size_t>(s.dof_node[static_cast<std::size_t>(i)])] != 0 ? dofs.first : dofs.second).push_back(i);
+  return dofs;
+}
+
+// B <- (L L^T)^-1 B
+void solve_cholesky(const Matrix& L, Matrix& B) {
+  L.triangularView<Eigen::Lower>().solveInPlace(B);
+  L.transpose().triangularView<Eigen::Upper>().solveInPlace(B);
+}
+
+// Of all of the interface: rigid motions R and the lowest elastic modes, K_cc X = M_cc X mu   (c x (r + modes))
+Matrix shapes_of_all(const Superelement& s, Index modes, const Matrix& R, CharacteristicFigures& figures) {
+  const Index r = R.cols();
+  figures.n_rigid = r, figures.n_modes = modes;
+  require_fewer(r + modes, s.c());
+  Matrix T(s.c(), r + modes);
+  T.leftCols(r) = R;
+  if (modes == 0) return T;
+  // Beside the rigid motions: a mechanism has their frequency, and would be cut in two with them
+  const Eigenpairs pairs = dense_eigenpairs_beside(s.K_cc, s.M_cc, R, r + modes);
+  if (!pairs.converged)
+    throw RunError("the characteristic constraint modes could not be found: is the mass of the interface definite?");
+  figures.highest = std::sqrt(std::max(pairs.lambda(r + modes - 1), 0.0));
+  Matrix X = pairs.Phi.rightCols(modes);
+  for (int pass = 0; pass < 2; ++pass) X -= R * ((s.M_cc * R).transpose() * X).eval();
+  orthonormalise(s.M_cc, X, shapes);
+  T.rightCols(modes) = X;
+  return T;
+}
+
+// Psi + (R_b - Psi R_a) R_a^+: what K_bb^-1 makes of rigid motions R   (c x r) is right but for round-off.
+void follow_rigid_motions(const Matrix& R_a, const Matrix& R_b, Matrix& Psi) {
+  const PivotedQr qr(R_a);
+  if (qr.rank() < R_a.cols()) return;
+  const Matrix missing = R_b - Psi * R_a;
+  Psi.noalias() += missing * qr.solve(Matrix::Identity(R_a.rows(), R_a.rows()));
+}
+
+// Of what is not kept, as Craig-Bampton's interior of the interface: [I 0; -K_bb^-1 K_ba X], K_bb X = M_bb X mu   (c x (a + modes))
+Matrix shapes_beside_kept(const Superelement& s, Index modes, const std::vector<Index>& a, const std::vector<Index>& b,
+                          const Matrix& R, CharacteristicFigures& figures) {
+  const auto n_a = static_cast<Index>(a.size()), n_b = static_cast<Index>(b.size());
+  figures.n_kept = n_a, figures.n_modes = modes;
+  if (n_b == 0) fail("keep: names all of the interface, so that nothing is left to reduce: use basis: craig-bampton");
+  require_fewer(modes, n_b);
+  Matrix K = s.K_cc(b, b);
+  const Matrix K_bb = K;
+  const double stiffest = K.diagonal().maxCoeff();
+  if (!dense_cholesky(K) || K.diagonal().cwiseAbs2().minCoeff() < 1e-13 * stiffest)
+    fail("keep: the nodes that are kept do not hold the others: keep three or more that are not on one line, of each part");
+  Matrix Psi = -s.K_cc(b, a);
+  solve_cholesky(K, Psi);
+  follow_rigid_motions(R(a, Eigen::all), R(b, Eigen::all), Psi);
+  Matrix T = Matrix::Zero(s.c(), n_a + modes);
+  for (Index i = 0; i < n_a; ++i) T(a[static_cast<std::size_t>(i)], i) = 1;
+  T(b, Eigen::seqN(0, n_a)) = Psi;
+  if (modes == 0) return T;
+  const Eigenpairs pairs = dense_eigenpairs(K_bb, Matrix(s.M_cc(b, b)), modes);
+  if (!pairs.converged)
+    throw RunError("the characteristic constraint modes could not be found: is the mass of the interface definite?");
+  figures.highest = std::sqrt(std::max(pairs.lambda(modes - 1), 0.0));
+  T(b, Eigen::lastN(modes)) = pairs.Phi;
+  return T;
+}
+
+// Static responses of a free interface, loads being balanced by the inertia of its rigid motions R, R^T M_cc R = I.
+class Statics {
+ public:
+  Statics(const Superelement& s, const Matrix& R) : s_(s), R_(R), P_(s.M_cc * R), held_(hold_rigid_motions(s.K_cc, R)) {
+    if (!dense_cholesky(held_.K))
+      fail(
+          "statics: the interface moves without strain in more ways than as a rigid body, or is too thin for a double: mend the "
+          "mesh, or use less flat elements, or leave both out (statics: none, patterns: 0)");
+  }
+
+  Matrix in_equilibrium(const Matrix& B) const { return B - P_ * (R_.transpose() * B); }
+
+  Matrix solve(Matrix B) const {
+    solve_cholesky(held_.K, B);
+    return B;
+  }
+
+  // Of the component under forces B on its interface, inertia in balance with them, to which the interior gives way by Q:
+  //   f^T K_cc^+ f + (R^T B)^T Q R^T B,   f = B - P R^T B   (m x m)
+  Matrix compliance(const Matrix& B, const Matrix& Q) const {
+    Matrix f = in_equilibrium(B);
+    held_.K.triangularView<Eigen::Lower>().solveInPlace(f);
+    Matrix C = Matrix::Zero(B.cols(), B.cols());
+    C.selfadjointView<Eigen::Lower>().rankUpdate(f.transpose());
+    const Matrix r = R_.transpose() * B;
+    C += r.transpose() * Q * r;
+    mirror_lower(C);
+    return C;
+  }
+
+  // f^T T (T^T K_cc T)^+ T^T f: what of the compliance the shapes T have, which span the rigid motions
+  Matrix compliance_in(const Matrix& T, const Matrix& f) const {
+    Matrix K = T.transpose() * (s_.K_cc * T);
+    const Matrix NT = held_.N.transpose() * T;
+    K.noalias() += held_.scale * NT.transpose() * NT;
+    const Matrix F = T.transpose() * f;
+    return F.transpose() * Ldlt(K).solve(F);
+  }
+
+ private:
+  const Superelement& s_;
+  Matrix R_, P_;
+  HeldStiffness held_;  // K: its Cholesky factor
+};
+
+// Makes U orthogonal to T and itself, in M's product, and appends what is left of it. T need not be orthonormal.
+Index append(const Matrix& M, const Matrix& U, Matrix& T) {
+  Matrix Q = T;
+  orthonormalise(M, Q, shapes);
+  Index kept = 0;
+  for (Index j = 0; j < U.cols(); ++j) {
+    Vector u = U.col(j);
+    const double length = std::sqrt(u.dot(M * u));
+    u /= length;
+    for (int pass = 0; pass < 2; ++pass) u -= Q * (Q.transpose() * (M * u));
+    const double left = std::sqrt(u.dot(M * u));
+    if (!(left > least_part)) continue;
+    u /= left;
+    Q.conservativeResize(Eigen::NoChange, Q.cols() + 1);
+    T.conservativeResize(Eigen::NoChange, T.cols() + 1);
+    Q.rightCols(1) = T.rightCols(1) = u;
+    ++kept;
+  }
+  return kept;
+}
+
+// B^T P^T (F - T (T^T K_cc T)^+ T^T) P B, of the shapes T as they are now; f = P B.
+Matrix compliance_left(const Statics& statics, const Matrix& all, const Matrix& T, const Matrix& f) {
+  const Matrix left = all - statics.compliance_in(T, f);
+  return 0.5 * (left + left.transpose());
+}
+
+// Responses U = F P B phi to the uniform pattern (with shear: in three directions), and then to the patterns of which the shapes T
+// lack most: S_left phi = A phi sigma, sigma the largest, A the areas.
+void add_patterns(const Surface& surface, const CharacteristicOptions& options, const Statics& statics, const Superelement& s,
+                  Matrix& T, CharacteristicFigures& figures) {
+  const PressureLoads loads = pressure_loads(s, surface, options.shear);
+  const Index m = loads.B.cols();
+  const Index wanted = options.patterns;
+  if (wanted > m)
+    fail("patterns: " + std::to_string(options.patterns) + " requested on '" + surface.name + "', which has only " +
+         std::to_string(m) + (options.shear ? " loads: three a node" : " loads: one a node"));
+  const Matrix f = statics.in_equilibrium(loads.B), Y = statics.solve(f), all = f.transpose() * Y;
+  const Index step = options.shear ? 3 : 1, n_uniform = std::min(step, wanted), others = wanted - n_uniform;
+  Matrix uniform = Matrix::Zero(m, step);
+  for (Index axis = 0; axis < step; ++axis)
+    for (Index i = axis; i < m; i += step) uniform(i, axis) = 1;
+  if (n_uniform < step) {
+    // The directions that the shapes lack most of, as those of the mesh's axes would make the basis depend on these
+    const Matrix left = uniform.transpose() * compliance_left(statics, all, T, f) * uniform;
+    const Matrix directions = symmetric_eigen(left).vectors;
+    uniform = (uniform * directions.rightCols(n_uniform)).eval();
+  }
+  Index kept = append(s.M_cc, Y * uniform, T);
+  if (others > 0) {
+    const Eigenpairs pairs = dense_eigenpairs(compliance_left(statics, all, T, f), loads.area, m);
+    if (!pairs.converged) throw RunError("the patterns of pressure on '" + surface.name + "' could not be found");
+    kept += append(s.M_cc, Y * pairs.Phi.rightCols(others).rowwise().reverse(), T);
+  }
+  figures.n_patterns += kept, figures.n_dropped += wanted - kept;
+  // Each load against its area: trace of A^-1/2 S A^-1/2
+  const auto weighed = [&](const Matrix& S) { return S.diagonal().cwiseQuotient(loads.area).sum(); };
+  figures.left = std::max(figures.left, weighed(compliance_left(statics, all, T, f)) / weighed(all));
+}
+
+// Superelement in the coordinates [k; those of T], which stand in the place of the interface's dofs.
+Superelement in_shapes(const Superelement& s, const Matrix& T) {
+  Superelement t;
+  t.eigenvalues = s.eigenvalues;
+  t.K_cc = T.transpose() * (s.K_cc * T);
+  t.M_cc = T.transpose() * (s.M_cc * T);
+  t.K_cc = 0.5 * (t.K_cc + t.K_cc.transpose()).eval();
+  t.M_cc = 0.5 * (t.M_cc + t.M_cc.transpose()).eval();
+  t.M_kc.resize(s.k(), T.cols());
+  if (s.k() > 0) t.M_kc.noalias() = s.M_kc * T;
+  t.dof_node.assign(static_cast<std::size_t>(T.cols()), 0);
+  return t;
+}
+
+// Coordinates of the rigid motions R_c (c x r) in the shapes: T y = R_c
+Matrix in_span(const Matrix& T, const Matrix& R_c) {
+  const Matrix y = PivotedQr(T).solve(R_c);
+  if ((T * y - R_c).norm() > rigid_tolerance * R_c.norm()) throw RunError("the interface's shapes do not hold its rigid motions");
+  return y;
+}
+
+}  // namespace
+
+std::vector<const Surface*> pressed_surfaces(const CharacteristicOptions& options, const std::vector<char>& is_kept,
+                                             const Superelement& s) {
+  std::vector<const Surface*> pressed;
+  if (options.patterns == 0) return pressed;
+  CharacteristicOptions of = options;
+  of.statics = options.pressure;
+  try {
+    for (const auto& touching : touching_surfaces(options.pressure.empty() ? options : of, s)) pressed.push_back(touching.surface);
+  } catch (const InputError& error) {
+    if (options.pressure.empty()) throw;
+    std::string what = error.what();
+    throw InputError(what.replace(what.find("statics"), 7, "pressure"));
+  }
+  // Of a face that is kept whole the basis has all responses, unless it is asked for
+  if (options.pressure.empty()) {
+    std::erase_if(pressed, [&](const Surface* surface) {
+      const std::vector<Index> nodes = surface_nodes(*surface);
+      return std::all_of(nodes.begin(), nodes.end(), [&](Index node) { return is_kept[static_cast<std::size_t>(node)] != 0; });
+    });
+  }
+  return pressed;
+}
+
+Index n_shapes(const CharacteristicOptions& options, Index dofs) {
+  return options.is_default_modes ? std::clamp<Index>(dofs - 1, 0, options.modes) : options.modes;
+}
+
+void require_fewer(Index modes, Index dofs) {
+  if (modes < dofs) return;
+  fail("modes: " + std::to_string(modes) + " requested, but only " + std::to_string(dofs) +
+       " dofs are to be reduced: take fewer, or basis: craig-bampton, which keeps them all");
+}
+
+PressureLoads pressure_loads(const Superelement& s, const Surface& surface, bool shear) {
+  const NodeAreas areas = node_areas(s, surface);
+  std::vector<Index> place(s.node_ids.size(), -1);
+  for (std::size_t i = 0; i < areas.node.size(); ++i) place[static_cast<std::size_t>(areas.node[i])] = static_cast<Index>(i);
+  PressureLoads loads;
+  const Index per_node = shear ? 3 : 1;
+  loads.B.setZero(s.c(), per_node * areas.area.size());
+  loads.area.resize(loads.B.cols());
+  for (Index j = 0; j < loads.area.size(); ++j) loads.area(j) = areas.area(j / per_node);
+  for (Index i = 0; i < s.c(); ++i) {
+    const Index node = place[static_cast<std::size_t>(s.dof_node[static_cast<std::size_t>(i)])];
+    if (node < 0) continue;
+    const int d = s.dof_component[static_cast<std::size_t>(i)];
+    if (shear) {
+      loads.B(i, 3 * node + d) = areas.area(node);
+    } else {
+      loads.B(i, node) = -areas.vector(node, d);
+    }
+  }
+  return loads;
+}
+
+CharacteristicFigures make_characteristic(const CharacteristicOptions& options, const std::vector<Index>& part,
+                                          const InteriorInertia& inertia, Superelement& s) {
+  CharacteristicFigures figures;
+  const LargeBlasWork blas(std::pow(static_cast<double>(s.c()), 3));
+  figures.n_fixed = s.k();
+  figures.rho = residual_mass_share(s);
+  Matrix R = rigid_motions_of_parts(s, part).bottomRows(s.c());
+  orthonormalise(s.M_cc, R, shapes);
+  const std::vector<char> is_kept = kept_nodes(options, s);
+  const auto [kept, others] = split(s, is_kept);
+  Matrix T = kept.empty() ? shapes_of_all(s, n_shapes(options, s.c() - R.cols()), R, figures)
+                          : shapes_beside_kept(s, n_shapes(options, static_cast<Index>(others.size())), kept, others, R, figures);
+  const std::vector<const Surface*> pressed = pressed_surfaces(options, is_kept, s);
+  StaticShare& share = s.characteristic.statics = static_forces(options, s);
+  Matrix compliance;
+  if (!pressed.empty() || !share.empty()) {
+    const Statics statics(s, R);
+    for (const Surface* surface : pressed) add_patterns(*surface, options, statics, s, T, figures);
+    if (!share.empty()) compliance = statics.compliance(forces_on_dofs(share, s), inertia_of(inertia, R));
+  }
+  Superelement t = in_shapes(s, T);
+  figures.mass = reduced_mass_condition(t);
+  const Matrix y = in_span(T, R);
+  Matrix R_t = Matrix::Zero(t.n(), R.cols());
+  R_t.bottomRows(T.cols()) = y;
+  add_diagonal_form(t, std::move(R_t));
+  const Index k = s.k(), n = t.n();
+  s.eigenvalues = t.omega.cwiseAbs2();
+  s.characteristic.V.noalias() = T * t.V.bottomRows(T.cols());
+  // The rigid ones, t.V = y X, are R X: T y is R but for round-off
+  const Matrix X = PivotedQr(y).solve(t.V.bottomLeftCorner(T.cols(), R.cols()));
+  s.characteristic.V.leftCols(R.cols()).noalias() = R * X;
+  for (auto& recovery : s.recovery) {
+    Matrix Phi = Matrix::Zero(recovery.Phi.rows(), n);
+    if (k > 0 && Phi.rows() > 0) Phi.noalias() = recovery.Phi * t.V.topRows(k);
+    recovery.Phi = std::move(Phi);
+  }
+  if (!share.empty()) share.F = compliance_that_is_left(std::move(compliance), share, R.cols(), s);
+  s.K_cc.resize(0, 0), s.M_cc.resize(0, 0), s.M_kc.resize(0, 0);
+  return figures;
+}
+
+Index examine_characteristic(const Superelement& s, const CharacteristicFigures& figures, const std::vector<Index>& part,
+                             Conditioning& condition) {
+  const Vector omega = s.eigenvalues.cwiseSqrt();
+  condition.mass = figures.mass;
+  condition.n_rigid = rigid_motions_of_parts(s, part).cols();
+  condition.n_zero = (omega.array() == 0).count();
+  if (omega.size() > 0) condition.largest_omega = omega(omega.size() - 1);
+  if (condition.n_zero < omega.size()) condition.lowest_omega = omega(condition.n_zero);
+  Index dof = -1;
+  if (condition.n_zero > condition.n_rigid) s.characteristic.V.col(condition.n_rigid).cwiseAbs().maxCoeff(&dof);
+  return dof;
+}
+
+}  // namespace cbr

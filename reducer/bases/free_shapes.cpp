@@ -1,0 +1,281 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "reducer/bases/free_shapes.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "common/base/error.hpp"
+#include "common/fem/assembly.hpp"
+#include "common/linalg/dense.hpp"
+#include "common/linalg/dense_factor.hpp"
+#include "common/linalg/eigen/eigenpairs.hpp"
+#include "reducer/condensation/panel_product.hpp"
+#include "reducer/condensation/reached_compliance.hpp"
+#include "reducer/judgement/accuracy.hpp"
+#include "reducer/modes/fixed_interface_modes.hpp"
+
+namespace cbr {
+namespace {
+
+constexpr Index large_interface = 1500;  // dofs: below, dense matrices of it cost little
+constexpr Index most_kept = 300;         // dofs with a coordinate each, of which each takes a solve
+constexpr double twin = 1e-6;            // relative distance of two equal eigenvalues
+constexpr double singular_pivot = 1e-13;
+constexpr double least_part = 1e-10;     // of a shape's mass, beside what others have of it: below, they have all
+constexpr double mode_tolerance = 1e-7;  // of residuals: of eigenvalues its square, and the shapes only span a space
+constexpr Index largest_dense = 15000;
+
+// Solves of the free component, inertia in balance with the loads, no rigid motion in the answers.
+class FreeSolver {
+ public:
+  FreeSolver(const SparseCholesky& factor, const Matrix& N, const Matrix& P) : factor_(factor), N_(N), P_(P) {}
+
+  // (1 - N P^T) K^-1 (1 - P N^T) B
+  Matrix operator()(Matrix B) const {
+    const Matrix force = N_.transpose() * B;
+    B.noalias() -= P_ * force;
+    factor_.solve_in_place(B);
+    const Matrix motion = P_.transpose() * B;
+    B.noalias() -= N_ * motion;
+    return B;
+  }
+
+  // B^T (1 - N P^T) K^-1 (1 - P N^T) B: with r = B^T N and g = B^T K^-1 P
+  //   B^T K^-1 B - r g^T - g r^T + r (P^T K^-1 P) r^T   (s x s)
+  Matrix compliance(const SparseMatrix& B) const {
+    Matrix C = reached_compliance(factor_, B);
+    const Matrix Y = factor_.solve(P_), r = B.transpose() * N_, g = B.transpose() * Y;
+    const Matrix h = 0.5 * r * (P_.transpose() * Y) - g;
+    C.noalias() += r * h.transpose();
+    C.noalias() += h * r.transpose();
+    return 0.5 * (C + C.transpose());
+  }
+
+ private:
+  const SparseCholesky& factor_;
+  const Matrix &N_, &P_;
+};
+
+// Dof of the component that an interface dof is.
+Index dof_in_component(const Partition& p, const Superelement& s, Index dof) {
+  const Index node = p.interface_nodes[static_cast<std::size_t>(s.dof_node[static_cast<std::size_t>(dof)])];
+  return 3 * node + s.dof_component[static_cast<std::size_t>(dof)];
+}
+
+// Static forces on the component's dofs   (N x s)
+SparseMatrix loads_of(const StaticShare& forces, const Partition& p, Index n_dofs) {
+  std::vector<Eigen::Triplet<double, Index>> entries;
+  for (Index i = 0; i < forces.size(); ++i) {
+    const Index node = p.interface_nodes[static_cast<std::size_t>(forces.node[static_cast<std::size_t>(i)])];
+    for (Index d = 0; d < 3; ++d)
+      if (forces.direction(i, d) != 0) entries.emplace_back(3 * node + d, i, forces.direction(i, d));
+  }
+  SparseMatrix B(n_dofs, forces.size());
+  B.setFromTriplets(entries.begin(), entries.end());
+  return B;
+}
+
+std::vector<Index> kept_dofs(const CharacteristicOptions& options, const Superelement& s) {
+  const std::vector<char> is_kept = kept_nodes(options, s);
+  std::vector<Index> dofs;
+  for (Index i = 0; i < s.c(); ++i)
+    if (is_kept[static_cast<std::size_t>(s.dof_node[static_cast<std::size_t>(i)])] != 0) dofs.push_back(i);
+  return dofs;
+}
+
+// Uniform pressures, or with shear tractions along three axes, on each of the surfaces   (N x patterns)
+Matrix uniform_loads(const CharacteristicOptions& options, const Partition& p, const Superelement& s, Index n_dofs) {
+  const std::vector<const Surface*> surfaces = pressed_surfaces(options, kept_nodes(options, s), s);
+  const Index of_each = options.shear ? 3 : 1;
+  Matrix F = Matrix::Zero(n_dofs, of_each * static_cast<Index>(surfaces.size()));
+  for (std::size_t f = 0; f < surfaces.size(); ++f) {
+    const NodeAreas areas = node_areas(s, *surfaces[f]);
+    for (std::size_t i = 0; i < areas.node.size(); ++i) {
+      const Index row = 3 * p.interface_nodes[static_cast<std::size_t>(areas.node[i])], a = static_cast<Index>(i);
+      const Index column = of_each * static_cast<Index>(f);
+      for (Index d = 0; d < 3; ++d) {
+        if (options.shear) {
+          F(row + d, column + d) = areas.area(a);
+        } else {
+          F(row + d, column) = -areas.vector(a, d);
+        }
+      }
+    }
+  }
+  return F;
+}
+
+// The lowest elastic modes of the free component, of which the first `exact` become shapes; of the others the frequencies count.
+Eigenpairs free_modes(const FreeComponent& model, const SparseCholesky& factor, const Matrix& N, Index count, Index exact,
+                      Report& report) {
+  const Index n = N.rows();
+  Eigenpairs pairs;
+  if (!dense_is_faster(n, count, factor.n_nonzeros())) {
+    PairsWanted wanted;
+    wanted.exact = exact;
+    pairs = sparse_eigenpairs_beyond(model.M, factor, N, count, mode_tolerance, wanted,
+                                     [&](double share) { report.progress("shapes of the interface", share); });
+  }
+  if (!pairs.converged && n <= largest_dense) {
+    pairs = dense_eigenpairs_beside(Matrix(model.K), Matrix(model.M), N, N.cols() + count);
+    pairs.lambda = Vector(pairs.lambda.tail(pairs.lambda.size() - N.cols()));
+    pairs.Phi = Matrix(pairs.Phi.rightCols(pairs.lambda.size()));
+  }
+  if (!pairs.converged) throw RunError("the elastic modes of the free component could not be found: ask for a few more or fewer");
+  return pairs;
+}
+
+// Shapes of unit displacements at kept dofs: Y (e_a^T Y)^-1 of the answers Y to unit forces there   (N x a)
+Matrix kept_shapes(const FreeSolver& solve, const std::vector<Index>& dofs, Index n_dofs) {
+  Matrix E = Matrix::Zero(n_dofs, static_cast<Index>(dofs.size()));
+  for (std::size_t i = 0; i < dofs.size(); ++i) E(dofs[i], static_cast<Index>(i)) = 1;
+  const Matrix Y = solve(std::move(E));
+  const Matrix F = Y(dofs, Eigen::all);
+  return Ldlt(0.5 * (F + F.transpose())).solve(Matrix(Y.transpose())).transpose();
+}
+
+// Columns of a Gram matrix G that no others before them span.
+std::vector<Index> independent(const Matrix& G) {
+  const Vector size = G.diagonal().cwiseMax(0.0).cwiseSqrt();
+  Matrix L = Matrix::Zero(G.rows(), G.rows());  // row j: of the j-th that is kept, all columns
+  std::vector<Index> kept;
+  for (Index j = 0; j < G.rows(); ++j) {
+    if (!(size(j) > 0)) continue;
+    const auto m = static_cast<Index>(kept.size());
+    const Vector row = L.topRows(m).col(j);
+    const double pivot = 1 - row.squaredNorm();
+    if (!(pivot > least_part)) continue;
+    const Vector scaled =
+        G.row(j).transpose().cwiseQuotient(size * size(j)).unaryExpr([](double v) { return std::isfinite(v) ? v : 0.0; });
+    L.row(m) = (scaled - L.topRows(m).transpose() * row).transpose() / std::sqrt(pivot);
+    kept.push_back(j);
+  }
+  return kept;
+}
+
+double inverse_one_norm(const Matrix& A) {
+  const Cholesky factor(A);
+  if (!factor.ok()) return HUGE_VAL;
+  return factor.solve(Matrix::Identity(A.rows(), A.rows())).cwiseAbs().colwise().sum().maxCoeff();
+}
+
+ConditionNumbers condition_of(const Matrix& A) {
+  ConditionNumbers condition;
+  const Vector d = A.diagonal().cwiseSqrt().cwiseInverse();
+  const Matrix scaled = d.asDiagonal() * A * d.asDiagonal();
+  condition.plain = A.cwiseAbs().colwise().sum().maxCoeff() * inverse_one_norm(A);
+  condition.scaled = scaled.cwiseAbs().colwise().sum().maxCoeff() * inverse_one_norm(scaled);
+  return condition;
+}
+
+}  // namespace
+
+bool few_enough(const CharacteristicOptions& options, bool one_part, Index n_interior, const Superelement& s) {
+  if (!one_part || n_interior == 0 || s.c() <= large_interface) return false;
+  if (options.patterns != 0 && options.patterns != default_patterns(options)) return false;
+  const auto n_kept = static_cast<Index>(kept_dofs(options, s).size());
+  return n_kept <= most_kept && n_kept < s.c();
+}
+
+std::optional<FreeShapes> free_shapes(const CharacteristicOptions& options, const FreeComponent& model, const FreeFactor& factor,
+                                      const Partition& p, const StaticShare& forces, const Superelement& s, Report& report) {
+  if (!factor.whole.ok() || factor.whole.smallest_pivot() < singular_pivot) return {};
+  FreeShapes shapes;
+  const Index n = model.K.rows();
+  shapes.N = factor.N;
+  shapes.P = factor.P;
+  std::vector<Index> kept;
+  for (const Index dof : kept_dofs(options, s)) kept.push_back(dof_in_component(p, s, dof));
+  const Matrix uniform = uniform_loads(options, p, s, n);
+  const Index n_reduced = s.c() - static_cast<Index>(kept.size());
+  const Index n_elastic = n_shapes(options, n_reduced - shapes.N.cols());
+  require_fewer(shapes.N.cols() + n_elastic, n_reduced);
+  const FreeSolver solve(factor.whole, shapes.N, shapes.P);
+  report.progress("shapes of the interface", 0);
+  const Index looked_at = std::min(std::max(n_elastic + 1, n_estimated), n - shapes.N.cols());
+  Eigenpairs modes = free_modes(model, factor.whole, shapes.N, looked_at, n_elastic + 1, report);
+  shapes.lambda = std::move(modes.lambda);
+  Index m = std::min(n_elastic, shapes.lambda.size());
+  while (m > 0 && m < shapes.lambda.size() && shapes.lambda(m) - shapes.lambda(m - 1) < twin * shapes.lambda(m)) ++m;
+  shapes.n_modes = m, shapes.n_kept = static_cast<Index>(kept.size()), shapes.n_patterns = uniform.cols();
+  shapes.U.resize(n, m + shapes.n_kept + shapes.n_patterns);
+  shapes.U.leftCols(m) = modes.Phi.leftCols(m);
+  if (shapes.n_kept > 0) shapes.U.middleCols(m, shapes.n_kept) = kept_shapes(solve, kept, n);
+  if (shapes.n_patterns > 0) shapes.U.rightCols(shapes.n_patterns) = solve(uniform);
+  if (!forces.empty()) shapes.compliance = solve.compliance(loads_of(forces, p, n));
+  report.end_progress();
+  if (shapes.lambda.size() > 0 && !(shapes.lambda(0) > 0)) return {};
+  shapes.K_U = model.K * shapes.U;
+  shapes.M_U = model.M * shapes.U;
+  return shapes;
+}
+
+void follow_statically(const Partition& p, const SparseCholesky& factor, FreeShapes& shapes) {
+  const std::vector<Index> I = dofs_of(p.interior_nodes), C = dofs_of(p.interface_nodes);
+  const Matrix U_C = shapes.U(C, Eigen::all);
+  Matrix U_I = -(p.K_IC * U_C);
+  factor.solve_in_place(U_I);
+  shapes.K_U.setZero();
+  shapes.K_U(C, Eigen::all) = p.K_CC * U_C + p.K_IC.transpose() * U_I;
+  shapes.M_U(C, Eigen::all) = p.M_CC * U_C + p.M_IC.transpose() * U_I;
+  shapes.M_U(I, Eigen::all) = p.M_II * U_I + p.M_IC * U_C;
+  shapes.U(I, Eigen::all) = U_I;
+  const Matrix rigid = shapes.P.transpose() * shapes.U;
+  shapes.U.noalias() -= shapes.N * rigid;
+  shapes.M_U.noalias() -= shapes.P * rigid;
+}
+
+Matrix coupling_of_eigenvectors(const Partition& p, const Vector& lambda, const Matrix& Phi) {
+  Matrix coupling = product(SparseMatrix(p.M_IC.transpose()), Phi).transpose();
+  coupling -= lambda.cwiseInverse().asDiagonal() * product(SparseMatrix(p.K_IC.transpose()), Phi).transpose();
+  return coupling;
+}
+
+CharacteristicFigures take_free_shapes(const FreeShapes& shapes, const Vector& lambda, const Matrix& Phi, const Partition& p,
+                                       Superelement& s, Matrix* interior) {
+  const std::vector<Index> I = dofs_of(p.interior_nodes), C = dofs_of(p.interface_nodes);
+  const Index r = shapes.U.cols(), k = lambda.size(), n_rigid = shapes.N.cols();
+  // Phi - N c has no rigid motion in it, c = P_I^T Phi   (6 x k)
+  const Matrix c = Matrix(shapes.P(I, Eigen::all)).transpose() * Phi;
+  Matrix M(r + k, r + k), K(r + k, r + k);
+  M.topLeftCorner(r, r) = shapes.U.transpose() * shapes.M_U;
+  K.topLeftCorner(r, r) = shapes.U.transpose() * shapes.K_U;
+  M.topRightCorner(r, k) = Matrix(shapes.M_U(I, Eigen::all)).transpose() * Phi;
+  K.topRightCorner(r, k) = Matrix(shapes.K_U(I, Eigen::all)).transpose() * Phi;
+  M.bottomRightCorner(k, k) = Matrix::Identity(k, k) - c.transpose() * c;
+  K.bottomRightCorner(k, k) = Matrix(lambda.asDiagonal());
+  M.triangularView<Eigen::StrictlyLower>() = M.transpose();
+  K.triangularView<Eigen::StrictlyLower>() = K.transpose();
+  const std::vector<Index> kept = independent(M);
+  const auto e = static_cast<Index>(kept.size());
+  const Matrix M_kept = M(kept, kept);
+  const Eigenpairs pairs = dense_eigenpairs(Matrix(K(kept, kept)), M_kept, e);
+  if (!pairs.converged) throw RunError("the interface's shapes and the fixed-interface modes are not independent");
+  Matrix y = Matrix::Zero(r + k, e);
+  y(kept, Eigen::all) = pairs.Phi;
+  const Matrix rigid = c * y.bottomRows(k);
+  s.eigenvalues = Vector::Zero(n_rigid + e);
+  s.eigenvalues.tail(e) = pairs.lambda.cwiseMax(0.0);
+  Matrix& V = s.characteristic.V;
+  V.resize(s.c(), n_rigid + e);
+  V.leftCols(n_rigid) = shapes.N(C, Eigen::all);
+  V.rightCols(e) = Matrix(shapes.U(C, Eigen::all)) * y.topRows(r) - Matrix(shapes.N(C, Eigen::all)) * rigid;
+  if (interior != nullptr) {
+    interior->resize(static_cast<Index>(I.size()), n_rigid + e);
+    interior->leftCols(n_rigid) = shapes.N(I, Eigen::all);
+    interior->rightCols(e) = Matrix(shapes.U(I, Eigen::all)) * y.topRows(r) - Matrix(shapes.N(I, Eigen::all)) * rigid;
+    interior->rightCols(e).noalias() += Phi * y.bottomRows(k);
+  }
+  StaticShare& share = s.characteristic.statics;
+  if (!share.empty()) share.F = compliance_that_is_left(shapes.compliance, share, n_rigid, s);
+  CharacteristicFigures figures;
+  figures.n_fixed = k, figures.n_rigid = n_rigid, figures.n_modes = shapes.n_modes, figures.n_kept = shapes.n_kept;
+  figures.n_dropped = r + k - e, figures.n_patterns = shapes.n_patterns;
+  figures.free_modes = true;
+  if (shapes.n_modes > 0) figures.highest = std::sqrt(shapes.lambda(shapes.n_modes - 1));
+  figures.mass = condition_of(M_kept);
+  return figures;
+}
+
+}  // namespace cbr

@@ -1,0 +1,293 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "reducer/bases/massless.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "common/base/error.hpp"
+#include "common/fem/assembly.hpp"
+#include "common/linalg/blas_threads.hpp"
+#include "common/linalg/dense_factor.hpp"
+#include "common/linalg/eigen/eigenpairs.hpp"
+#include "common/superelement/massless_modes.hpp"
+#include "reducer/modes/component_parts.hpp"
+#include "reducer/modes/diagonal_form.hpp"
+#include "reducer/modes/fixed_interface_modes.hpp"
+
+namespace cbr {
+namespace {
+
+constexpr double least_pivot = 1e-10;     // of F, as a share of the elastic compliance: below, it is round-off
+constexpr double no_strain = 1e-6;        // of the lowest elastic eigenvalue: a mechanism
+constexpr double rigid_tolerance = 1e-2;  // of it: rigid motions that cannot be told from the others
+
+// Six of each part, about its middle and of its size, N^T M N = I   (N x 6 parts)
+Matrix rigid_motions(const FreeModel& model) {
+  const Index n_parts = *std::max_element(model.part.begin(), model.part.end()) + 1;
+  Matrix N = Matrix::Zero(model.K.rows(), 6 * n_parts);
+  for (Index number = 0; number < n_parts; ++number) {
+    Vector3 lower = Vector3::Constant(HUGE_VAL), upper = -lower;
+    for (std::size_t i = 0; i < model.part.size(); ++i) {
+      if (model.part[i] != number) continue;
+      const Vector3 x = model.x.row(static_cast<Index>(i));
+      lower = lower.cwiseMin(x), upper = upper.cwiseMax(x);
+    }
+    const double size = (upper - lower).norm();
+    const Points x = (model.x.rowwise() - 0.5 * (lower + upper).transpose()) / (size > 0 ? size : 1.0);
+    const Matrix all = rigid_modes(x, Vector3::Zero());
+    for (std::size_t i = 0; i < model.part.size(); ++i) {
+      const auto row = 3 * static_cast<Index>(i);
+      if (model.part[i] == number) N.block(row, 6 * number, 3, 6) = all.middleRows(row, 3);
+    }
+  }
+  orthonormalise([&](const Matrix& X) { return Matrix(model.M * X); }, N, "the rigid motions");
+  return N;
+}
+
+// A generalised inverse of K_cc, N_c being the rigid motions of the interface   (c x c)
+Matrix compliance_of_interface(const Matrix& K_cc, const Matrix& N_c) {
+  Matrix K = hold_rigid_motions(K_cc, N_c).K;
+  if (!dense_cholesky(K))
+    throw InputError(
+        "basis: massless: the reduced stiffness of the interface is lost in round-off, as that of very thin parts is: use "
+        "larger or less flat elements, or basis: craig-bampton");
+  dense_inverse_of_cholesky(K);
+  return K;
+}
+
+// What solves K u = f for loads f in equilibrium, from what a reduction has: (u_c; u_I) = G f, K G K = K.
+class FreeSolver {
+ public:
+  FreeSolver(const FreeModel& model, const Partition& p, const SparseCholesky& factor, const Superelement& s)
+      : model_(model), p_(p), factor_(factor), I_(dofs_of(p.interior_nodes)), C_(dofs_of(p.interface_nodes)) {
+    N_ = rigid_motions(model);
+    P_ = model.M * N_;
+    N_c_ = N_(C_, Eigen::all);
+    K_ = compliance_of_interface(s.K_cc, N_c_);
+  }
+
+  const Matrix& N() const { return N_; }
+  const Matrix& N_c() const { return N_c_; }
+  const std::vector<Index>& interface_dofs() const { return C_; }
+
+  // (I - N P^T) G (I - P N^T) on the interface, P = M N. With T = [I; Psi], N = T N_c and a = K~ M_cc N_c:
+  //   F = K~ - N_c a^T - a N_c^T + N_c (N_c^T M_cc a + P_I^T K_II^-1 P_I) N_c^T   (c x c)
+  Matrix elastic_compliance(const Matrix& M_cc) const {
+    const Matrix m = M_cc * N_c_, a = K_ * m;
+    Matrix Q = m.transpose() * a;
+    if (!I_.empty()) {
+      const Matrix P_I = P_(I_, Eigen::all);
+      Q += P_I.transpose() * factor_.solve(P_I);
+    }
+    Matrix B = 0.5 * N_c_ * Q - a;
+    Matrix F = K_;
+    F.noalias() += N_c_ * B.transpose();
+    F.noalias() += B * N_c_.transpose();
+    return 0.5 * (F + F.transpose());
+  }
+
+  // Of the size of the lowest elastic eigenvalue: Rayleigh's quotient of what a load of no symmetry does.
+  double low_eigenvalue() const {
+    Vector y(model_.K.rows());
+    for (Index i = 0; i < y.size(); ++i) y[i] = 1 + std::sin(1.0 + 2.7 * static_cast<double>(i));
+    double lambda = 0;
+    for (int i = 0; i < 3; ++i) {
+      y -= N_ * (P_.transpose() * y);
+      y = solve(model_.M * y);
+      y -= N_ * (P_.transpose() * y);
+      lambda = y.dot(model_.K * y) / y.dot(model_.M * y);
+      y /= y.norm();
+    }
+    return lambda;
+  }
+
+ private:
+  // G f   (N)
+  Vector solve(const Vector& f) const {
+    Vector u(f.size());
+    if (I_.empty()) {
+      u(C_) = K_ * f(C_);
+      return u;
+    }
+    const Vector w = factor_.solve(Matrix(f(I_)));
+    const Vector u_c = K_ * (Vector(f(C_)) - p_.K_IC.transpose() * w);
+    u(C_) = u_c;
+    u(I_) = w - factor_.solve(Matrix(p_.K_IC * u_c));
+    return u;
+  }
+
+  const FreeModel& model_;
+  const Partition& p_;
+  const SparseCholesky& factor_;
+  std::vector<Index> I_, C_;
+  Matrix N_, P_, N_c_, K_;
+};
+
+// Modes of K - sigma M, sigma < 0, as if all dofs were interior: what finds, counts and proves them is there. Of tapered ones those
+// ahead, too; n_kept: without them.
+FixedInterfaceModes free_modes(const FreeModel& model, const Partition& p, double sigma, Index n_rigid,
+                               const FreeModesWanted& wanted, Index& n_kept, MasslessFigures& figures, Report& report) {
+  Partition all;
+  all.K_II = model.K - SparseMatrix(sigma * model.M);
+  all.M_II = model.M;
+  all.lumped = p.lumped;
+  const SparseCholesky factor(all.K_II);
+  if (!factor.ok()) throw RunError("free modes: the shifted stiffness is not positive definite");
+  Index k = wanted.modes + n_rigid;
+  if (wanted.cutoff_hz > 0) {
+    const double omega = 2 * std::numbers::pi * wanted.cutoff_hz;
+    k = std::max(n_rigid, count_modes_below(all, factor, std::sqrt(omega * omega - sigma) / (2 * std::numbers::pi)));
+  }
+  if (k > model.K.rows()) {
+    throw InputError("modes: " + std::to_string(wanted.modes) + " requested, but the component has only " +
+                     std::to_string(model.K.rows() - n_rigid) + " elastic modes");
+  }
+  n_kept = k;
+  if (wanted.tapered && k > n_rigid)
+    k = std::min(k + modes_ahead(k - n_rigid) - 1, model.K.rows());  // and the next one's frequency
+  const bool one_part = *std::max_element(model.part.begin(), model.part.end()) == 0;
+  FixedInterfaceModes modes = one_part ? fixed_interface_modes(all, factor, k, report)
+                                       : fixed_interface_modes_by_part(split(all, model.part, {}), model.K.rows(), k, report);
+  figures.modes = check_modes(all, modes.lambda, modes.Phi);
+  require_independent(all, modes.Phi, figures.modes);
+  modes.lambda.array() += sigma;
+  if (modes.next > 0) modes.next += sigma;
+  return modes;
+}
+
+void require_only_rigid(const Vector& lambda, Index n_rigid, double low) {
+  const double round_off = n_rigid > 0 ? lambda.head(n_rigid).cwiseAbs().maxCoeff() : 0;
+  if (n_rigid < lambda.size() && lambda(n_rigid) <= std::max(no_strain * low, 10 * round_off))
+    throw InputError(
+        "basis: massless: the component moves without strain in more ways than as a rigid body: a mechanism, a part that hangs by "
+        "an edge, or one too thin for a double: correct the mesh, or use basis: craig-bampton");
+  if (round_off > rigid_tolerance * low)
+    throw InputError(
+        "basis: massless: by round-off the stiffness resists rigid motions, so that the free modes cannot be told from them: look "
+        "for parts of very unlike stiffness, very thin parts, slivers, Poisson's ratio near 0.5, or use massless_modes: fixed or "
+        "basis: craig-bampton");
+}
+
+// V of the first k modes, whose rows on the interface fall off towards the end that those beyond tell.
+void taper(const FixedInterfaceModes& modes, Index k, Index n_rigid, Superelement& s) {
+  auto& m = s.massless;
+  Vector lambda = modes.lambda;
+  if (modes.next > 0) {
+    lambda.conservativeResize(lambda.size() + 1);
+    lambda(lambda.size() - 1) = modes.next;
+  }
+  m.omega_fall = end_of_fall(s, m.V, lambda, k, n_rigid);
+  m.V = Matrix(m.V.leftCols(k)) * falling_weights(lambda.head(k), m.omega_fall).asDiagonal();
+}
+
+// F's definiteness, and what is left of `elastic` in it; omega_closed.
+void finish(const Matrix& elastic, const std::string& what, MasslessFigures& figures, Superelement& s) {
+  auto& m = s.massless;
+  Matrix L = m.F;
+  const bool definite = dense_cholesky(L);
+  const double pivot = definite ? (L.diagonal().cwiseAbs2().cwiseQuotient(elastic.diagonal())).minCoeff() : 0;
+  if (!(pivot > least_pivot)) {
+    throw InputError("modes: " + std::to_string(s.k() - figures.n_rigid) + " " + what + " leave the interface of " +
+                     std::to_string(s.c()) + " dofs no compliance of its own: keep fewer");
+  }
+  figures.smallest_pivot = pivot;
+  for (int axis = 0; axis < 3; ++axis) {
+    Vector t(s.c());
+    for (Index i = 0; i < s.c(); ++i) t[i] = s.dof_component[static_cast<std::size_t>(i)] == axis ? 1 : 0;
+    const double whole = t.dot(elastic * t);
+    figures.left[axis] = whole > 0 ? t.dot(m.F * t) / whole : 0;
+  }
+  // Interface held: diag(lambda) + V^T F^-1 V   (k x k)
+  const Matrix W = L.triangularView<Eigen::Lower>().solve(m.V);
+  const auto times = [&](const Vector& q, Vector& y) { y = s.eigenvalues.cwiseProduct(q) + W.transpose() * (W * q); };
+  const double lambda = largest_eigenvalue(s.k(), times, [](const Vector& q, Vector& y) { y = q; });
+  m.omega_closed = std::sqrt(std::max(lambda, s.eigenvalues.maxCoeff()));
+}
+
+void forget_matrices(Superelement& s) { s.K_cc.resize(0, 0), s.M_cc.resize(0, 0), s.M_kc.resize(0, 0); }
+
+}  // namespace
+
+MasslessFigures make_massless_free(const FreeModel& model, const Partition& p, const SparseCholesky& factor_of_K_II,
+                                   const FreeModesWanted& wanted, Superelement& s, Report& report) {
+  MasslessFigures figures;
+  const LargeBlasWork blas(std::pow(static_cast<double>(s.c()), 3));
+  Matrix elastic;
+  FixedInterfaceModes modes;
+  {
+    const FreeSolver solver(model, p, factor_of_K_II, s);
+    elastic = solver.elastic_compliance(s.M_cc);
+    forget_matrices(s);
+    const Matrix& N = solver.N();
+    const Index r = figures.n_rigid = N.cols();
+    const double low = solver.low_eigenvalue();
+    if (!(low > 0)) throw RunError("free modes: no elastic motion found");
+    Index k = 0;
+    modes = free_modes(model, p, -low, r, wanted, k, figures, report);
+    require_only_rigid(modes.lambda, r, low);
+    // The rigid ones exactly, and nothing of them in the others
+    modes.lambda.head(r).setZero();
+    auto Phi_e = modes.Phi.rightCols(modes.Phi.cols() - r);
+    const Matrix overlap = (model.M * N).transpose() * Phi_e;
+    Phi_e.noalias() -= N * overlap;
+    modes.Phi.leftCols(r) = N;
+    s.massless.V = modes.Phi(solver.interface_dofs(), Eigen::all);
+    s.massless.modes = wanted.tapered ? "tapered" : "free";
+    if (wanted.tapered && k > r) {
+      const Vector whole = s.massless.V.middleCols(r, k - r).colwise().squaredNorm();
+      taper(modes, k, r, s);
+      figures.share = s.massless.V.rightCols(k - r).colwise().squaredNorm().transpose().cwiseQuotient(whole);
+    }
+    if (modes.lambda.size() > k) modes.next = modes.lambda(k);
+    s.eigenvalues = modes.lambda.head(k);
+  }
+  figures.method = modes.method, figures.proven = modes.proven, figures.counts = modes.counts, figures.next = modes.next;
+  // F = F_elastic - V_e diag(1 / lambda) V_e^T   (c x c)
+  const Index e = s.k() - figures.n_rigid;
+  s.massless.F = elastic;
+  if (e > 0) {
+    const Matrix B = s.massless.V.rightCols(e) * s.eigenvalues.tail(e).cwiseSqrt().cwiseInverse().asDiagonal();
+    s.massless.F.selfadjointView<Eigen::Lower>().rankUpdate(B, -1);
+    mirror_lower(s.massless.F);
+  }
+  finish(elastic, "free modes", figures, s);
+  return figures;
+}
+
+MasslessFigures make_massless_fixed(const std::vector<Index>& part, Superelement& s) {
+  MasslessFigures figures;
+  const LargeBlasWork blas(std::pow(static_cast<double>(s.c()), 3));
+  const Index k = s.k();
+  Matrix R = rigid_motions_of_parts(s, part).bottomRows(s.c());  // c x r
+  orthonormalise(s.M_cc, R, "the rigid motions");
+  const Index r = figures.n_rigid = R.cols();
+  const Matrix momentum = s.M_cc * R;
+  FixedModes modes{s.eigenvalues, std::move(s.M_kc), std::move(s.K_cc)};
+  forget_matrices(s);
+  figures.lost_mass = 1 - take_fixed_modes(std::move(modes), R, momentum, s);
+  figures.fixed = true, figures.method = "of the fixed ones", figures.proven = true;
+  Matrix elastic = s.massless.F;
+  const Index e = k - r;
+  if (e > 0) {
+    const Matrix V_e = s.massless.V.rightCols(e) * s.eigenvalues.tail(e).cwiseSqrt().cwiseInverse().asDiagonal();
+    elastic.noalias() += V_e * V_e.transpose();
+  }
+  finish(elastic, "fixed modes", figures, s);
+  return figures;
+}
+
+void refuse_mechanism(const SoftestMotion& softest, const std::string& node) {
+  if (std::isnan(softest.stiffness))
+    throw InputError("basis: massless: the stiffness of the interface is lost in round-off, as that of very thin parts is" +
+                     (node.empty() ? "" : ", first at " + node) + ": use larger or less flat elements, or basis: craig-bampton");
+  if (is_without_stiffness(softest.stiffness))
+    throw InputError("basis: massless: the interface has a motion without stiffness that is not rigid, which moves most at " +
+                     node +
+                     ": a mechanism, as elements make that share only an edge or a node, or a part too thin for a double; mend the "
+                     "mesh there, or "
+                     "use basis: craig-bampton");
+}
+
+}  // namespace cbr

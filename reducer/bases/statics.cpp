@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "reducer/bases/statics.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "common/base/error.hpp"
+#include "common/linalg/dense.hpp"
+#include "common/linalg/dense_factor.hpp"
+
+namespace cbr {
+namespace {
+
+const Surface* find_surface(const Superelement& s, const std::string& name) {
+  const auto found = std::find_if(s.surfaces.begin(), s.surfaces.end(), [&](const Surface& of) { return of.name == name; });
+  return found != s.surfaces.end() ? &*found : nullptr;
+}
+
+std::vector<std::string> set_names(const Superelement& s, bool nodesets) {
+  std::vector<std::string> names;
+  for (const Surface& surface : s.surfaces) names.push_back(surface.name);
+  if (nodesets)
+    for (const auto& [name, nodes] : s.nodesets) names.push_back(name);
+  return names;
+}
+
+[[noreturn]] void refuse_set(const std::string& key, const std::string& kind, const std::string& name,
+                             const std::vector<std::string>& names) {
+  const std::string hint = nearest_name(name, names);
+  throw InputError("characteristic." + key + ": the interface keeps no " + kind + " '" + name + "'" + hint +
+                   (hint.empty() ? ", allowed: " : " allowed: ") + (names.empty() ? "none" : join(names)));
+}
+
+// Nodes of a kept set; whether there is one.
+bool find_nodes(const Superelement& s, const std::string& name, std::vector<Index>& nodes) {
+  if (const Surface* surface = find_surface(s, name)) {
+    nodes = surface_nodes(*surface);
+    return true;
+  }
+  const auto set = s.nodesets.find(name);
+  if (set == s.nodesets.end()) return false;
+  nodes = set->second;
+  return true;
+}
+
+}  // namespace
+
+std::vector<TouchingSurface> touching_surfaces(const CharacteristicOptions& options, const Superelement& s) {
+  const InterfaceNeeds& needs = options.needs;
+  if (options.statics.empty()) return touching_surfaces(needs, s, options.shear);
+  const bool everywhere = options.shear || needs.all_touch.value_or(false);
+  std::vector<TouchingSurface> touching;
+  for (const std::string& name : options.statics) {
+    const Surface* surface = find_surface(s, name);
+    if (surface == nullptr) refuse_set("statics", "sideset", name, set_names(s, false));
+    const auto found = needs.touching.find(name);
+    touching.push_back({surface, everywhere || (found != needs.touching.end() && found->second)});
+  }
+  return touching;
+}
+
+std::vector<char> kept_nodes(const CharacteristicOptions& options, const Superelement& s) {
+  std::vector<char> is_kept(s.node_ids.size(), 0);
+  std::vector<Index> nodes;
+  for (const std::string& name : options.keep) {
+    if (!find_nodes(s, name, nodes)) refuse_set("keep", "set", name, set_names(s, true));
+    for (const Index node : nodes) is_kept[static_cast<std::size_t>(node)] = 1;
+  }
+  for (const std::string& name : options.needs.held) {
+    if (!find_nodes(s, name, nodes)) continue;
+    for (const Index node : nodes) is_kept[static_cast<std::size_t>(node)] = 1;
+  }
+  return is_kept;
+}
+
+StaticShare static_forces(const CharacteristicOptions& options, const Superelement& s) {
+  return options.no_statics ? StaticShare() : static_forces(touching_surfaces(options, s), kept_nodes(options, s), s);
+}
+
+Matrix along_forces(const StaticShare& forces, const Superelement& s, const Matrix& V) {
+  std::vector<std::array<Index, 3>> dofs(s.node_ids.size(), {-1, -1, -1});
+  for (Index i = 0; i < s.c(); ++i)
+    dofs[static_cast<std::size_t>(s.dof_node[static_cast<std::size_t>(i)])]
+        [static_cast<std::size_t>(s.dof_component[static_cast<std::size_t>(i)])] = i;
+  Matrix G = Matrix::Zero(forces.size(), V.cols());
+  for (Index i = 0; i < forces.size(); ++i) {
+    const auto& its = dofs[static_cast<std::size_t>(forces.node[static_cast<std::size_t>(i)])];
+    for (Index d = 0; d < 3; ++d)
+      if (its[static_cast<std::size_t>(d)] >= 0) G.row(i) += forces.direction(i, d) * V.row(its[static_cast<std::size_t>(d)]);
+  }
+  return G;
+}
+
+Matrix forces_on_dofs(const StaticShare& forces, const Superelement& s) {
+  Matrix B = Matrix::Zero(s.c(), forces.size());
+  std::multimap<Index, Index> of_node;
+  for (Index i = 0; i < forces.size(); ++i) of_node.emplace(forces.node[static_cast<std::size_t>(i)], i);
+  for (Index dof = 0; dof < s.c(); ++dof) {
+    const auto [first, end] = of_node.equal_range(s.dof_node[static_cast<std::size_t>(dof)]);
+    for (auto entry = first; entry != end; ++entry)
+      B(dof, entry->second) = forces.direction(entry->second, s.dof_component[static_cast<std::size_t>(dof)]);
+  }
+  return B;
+}
+
+InteriorInertia interior_inertia(const RigidMotions& rigid, const SparseCholesky& factor_of_K_II) {
+  InteriorInertia inertia;
+  inertia.R_C = Matrix(rigid.R_C);
+  if (rigid.count() == 0) return inertia;
+  const Matrix P_I = Matrix(rigid.P_I);
+  inertia.Q = P_I.transpose() * factor_of_K_II.solve(P_I);
+  return inertia;
+}
+
+Matrix inertia_of(const InteriorInertia& inertia, const Matrix& R) {
+  if (inertia.Q.size() == 0) return Matrix::Zero(R.cols(), R.cols());
+  const Matrix X = PivotedQr(inertia.R_C).solve(R);
+  return X.transpose() * inertia.Q * X;
+}
+
+Matrix compliance_that_is_left(Matrix C, const StaticShare& forces, Index n_rigid, const Superelement& s) {
+  const Index e = s.k() - n_rigid;
+  const Matrix V = along_forces(forces, s, s.characteristic.V);
+  const Matrix G = V.rightCols(e) * s.eigenvalues.tail(e).cwiseSqrt().cwiseInverse().asDiagonal();
+  C.selfadjointView<Eigen::Lower>().rankUpdate(G, -1);
+  // Nothing left of a node's own is round-off, which may have either sign
+  for (Index i = 0; i < C.rows(); ++i) C(i, i) = std::max(C(i, i), 0.0);
+  mirror_lower(C);
+  return C;
+}
+
+}  // namespace cbr

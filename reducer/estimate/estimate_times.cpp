@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Predicted times and memory. What the rates of each phase relative to dgemm rest on: docs/decisions/decomposition.md.
+#include <algorithm>
+#include <cmath>
+
+#include "common/app/program.hpp"
+#include "reducer/condensation/condensation.hpp"
+#include "reducer/estimate/estimate.hpp"
+#include "reducer/judgement/accuracy.hpp"
+#include "reducer/modes/fixed_interface_modes.hpp"
+
+namespace cbr {
+namespace {
+
+// Ordering and symbolic analysis, seconds for each non-zero of K: most of the time of a small factorisation.
+constexpr double analysis_seconds = 1.2e-7;
+// Shares of dgemm's rate.
+constexpr double factor_rate = 0.75, solve_rate = 0.5, product_rate = 0.8;
+// Solves of few columns at a time wait for the factor to come from memory; an inertia count.
+constexpr double narrow_solve_rate = 0.35, count_rate = 0.6;
+// Of the 4 nnz(L) flops of a column of constraint modes, as the forward solve skips what K_IC does not reach; and of a second
+// solve.
+constexpr double solved_share = 0.8;
+// Dense eigenproblems, in n^3 flops at dgemm's rate.
+constexpr double dense_standard = 10, dense_general = 20;
+// Block Lanczos: between four and five solves a mode, and the products that keep the basis orthonormal: 34 n k^2 flops at a fifth
+// of dgemm's rate, as the basis is read once for eight vectors.
+constexpr double solves_per_mode = 4.5, orthonormalise = 170;
+
+bool product_is_taken(const DomainEstimate& d, double memory) {
+  return 8 * d.n_interior() * d.c() <= memory &&
+         solved_share * 4 * d.factor_nonzeros / solve_rate >= d.n_interior() * d.c() / product_rate;
+}
+
+double modes_seconds(const DomainEstimate& d, double flops) {
+  const double n = d.n_interior(), k = static_cast<double>(d.n_candidates);
+  if (k == 0 || n == 0) return 0;
+  if (dense_is_faster(static_cast<Index>(n), d.n_candidates, d.factor_nonzeros)) return dense_standard * n * n * n / flops;
+  return solves_per_mode * 4 * k * d.factor_nonzeros / (narrow_solve_rate * flops) + orthonormalise * n * k * k / flops +
+         d.factor_flops / (count_rate * flops);
+}
+
+double condensation_seconds(const DomainEstimate& d, double memory, double flops) {
+  const double solves = solved_share * 4 * d.factor_nonzeros * d.c() / (solve_rate * flops);
+  const double coupling =
+      std::min(2 * d.n_interior() * d.k() * d.c() / product_rate, 4 * d.factor_nonzeros * d.k() / solve_rate) / flops;
+  if (product_is_taken(d, memory)) return solves + coupling + d.n_interior() * d.c() * d.c() / (product_rate * flops);
+  return 2 * solves + coupling;
+}
+
+// Dense but for the elimination of the interior: its K is sparse by dense blocks, its M as well.
+double second_seconds(const DomainEstimate& d, double flops) {
+  const double n = d.n_interior(), c = d.c(), k = d.k();
+  const double condensation =
+      (4 * d.factor_nonzeros * c + 2 * n * k * c) / (solve_rate * flops) + n * c * c / (product_rate * flops);
+  const double modes = 4 * solves_per_mode * k * d.factor_nonzeros / (solve_rate * flops) + orthonormalise * n * k * k / flops;
+  return d.factor_flops / (factor_rate * flops) + condensation + std::min(modes, dense_general * n * n * n / flops);
+}
+
+// The lowest elastic modes of the free component, and answers to the static forces.
+double shapes_seconds(const FewShapesEstimate& few, double n, double flops) {
+  const double looked_at = static_cast<double>(n_estimated);
+  return solves_per_mode * 4 * looked_at * few.whole_nonzeros / (narrow_solve_rate * flops) +
+         orthonormalise * n * looked_at * looked_at / flops + few.forces_flops / (solve_rate * flops);
+}
+
+// Matrices, factor and, one after the other, a Krylov space and the statics.
+double few_shapes_memory(const Estimate& estimate) {
+  const DomainEstimate& d = estimate.domains.front();
+  const FewShapesEstimate& few = *estimate.few_shapes;
+  const auto s = static_cast<double>(few.n_static);
+  const double matrices = 2 * 16 * d.mesh_nonzeros;
+  const double basis = 2 * 8 * d.n_interior() * 2 * static_cast<double>(std::max<Index>(d.n_candidates, n_estimated));
+  return matrices + 8 * few.whole_nonzeros + std::max(basis, 3 * 8 * s * s) + 8 * estimate.file_nonzeros();
+}
+
+// Entries of half of K_cc, which is symmetric, and of M_kc twice.
+double step_entries(const DomainEstimate& d) { return d.c() * (d.c() + 1) / 2 + 2 * d.k() * d.c(); }
+
+}  // namespace
+
+PredictedTimes predicted_times(const Estimate& estimate, const MachineRates& rates, double memory) {
+  PredictedTimes t;
+  double blocks = 0;
+  for (const auto& d : estimate.domains) {
+    const bool sparse = estimate.few_shapes && estimate.few_shapes->is_sparse;
+    const double factor_flops = sparse ? estimate.few_shapes->whole_flops : d.factor_flops;
+    t.factorisation += factor_flops / (factor_rate * rates.flops) + analysis_seconds * d.mesh_nonzeros;
+    t.modes += modes_seconds(d, rates.flops);
+    t.condensation += sparse ? shapes_seconds(*estimate.few_shapes, d.n_interior(), rates.flops)
+                             : condensation_seconds(d, memory, rates.flops);
+    blocks += step_entries(d);
+  }
+  if (estimate.second) blocks = step_entries(*estimate.second);
+  if (estimate.second) t.second = second_seconds(*estimate.second, rates.flops);
+  const double n = estimate.n_final(),
+               c = 3 * static_cast<double>(estimate.second ? estimate.n_interface_nodes : estimate.n_joined_nodes);
+  // Few shapes of dense matrices take the eigenvalues of all of the interface's dofs
+  if (estimate.few_shapes && !estimate.few_shapes->is_sparse) t.diagonal_form = dense_general * c * c * c / rates.flops;
+  if (estimate.has_diagonal_form) t.diagonal_form = dense_general * n * n * n / rates.flops;
+  const auto step = [&](double bytes) { return PredictedTimes::Step{bytes, bytes / rates.bandwidth}; };
+  t.exact = step(8 * 8 * n);
+  t.exact_in_contact = step(8 * 8 * n + 2 * 8 * n * 3 * static_cast<double>(estimate.n_interface_nodes));
+  if (estimate.few_shapes) {
+    // Displacements along the forces and responses to them; the statics' factor, forward and backward
+    const auto s = static_cast<double>(estimate.few_shapes->n_static);
+    const double looked_at = s > 0 ? s : 3 * static_cast<double>(estimate.n_interface_nodes);
+    t.exact_in_contact = step(8 * 8 * n + 2 * 8 * n * looked_at + 8 * s * s);
+  }
+  // K_cc and M_kc of each domain, and the factor forward and backward.
+  t.central_difference = step(8 * (blocks + 2 * estimate.joined_factor_nonzeros + 8 * (n + c)));
+  if (estimate.few_shapes) t.central_difference = t.exact;
+  t.newmark = t.central_difference;
+  t.mesh = step(76.0 / 9 * estimate.mesh_nonzeros + 8 * 8 * 3 * static_cast<double>(estimate.n_nodes));
+  return t;
+}
+
+double reduction_memory(const Estimate& estimate, double memory) {
+  double most = 0, results = 0;
+  for (const auto& d : estimate.domains) {
+    results += 8 * d.block_nonzeros();
+    const double matrices = 2 * 16 * d.mesh_nonzeros;  // K, and its blocks K_II, K_IC, K_CC
+    const double panels = std::min(memory, 16 * d.n_interior() * static_cast<double>(good_panel * n_threads()));
+    const double Psi = panels + (product_is_taken(d, memory) ? 8 * d.n_interior() * d.c() : 0);
+    const double modes = 2 * 8 * d.n_interior() * d.k() * 2;  // the Lanczos basis of about 2 k vectors, and Phi twice
+    most = std::max(most, matrices + 8 * d.factor_nonzeros + std::max(Psi + modes, 2 * modes));
+  }
+  const double n = estimate.n_final();
+  if (estimate.few_shapes && estimate.few_shapes->is_sparse) return few_shapes_memory(estimate);
+  if (estimate.second) results += 8 * (2 * estimate.second->n_interior() * estimate.second->c() + estimate.second->factor_nonzeros);
+  results += 8 * estimate.recovery_nonzeros();
+  return results + std::max(most, estimate.has_diagonal_form ? 4 * 8 * n * n : 0.0);
+}
+
+}  // namespace cbr

@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "reducer/judgement/condition.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "common/base/error.hpp"
+#include "common/base/format_text.hpp"
+#include "common/linalg/blas_threads.hpp"
+#include "common/linalg/dense.hpp"
+#include "common/linalg/eigen/eigenpairs.hpp"
+
+namespace cbr {
+namespace {
+
+// Holds a motion without stiffness so far that a factor exists.
+constexpr double no_singularity = 1e-14;
+
+Vector random_signs(Index n) {
+  Vector z(n);
+  std::uint64_t state = 1;
+  for (double& entry : z) {
+    state = state * 6364136223846793005u + 1442695040888963407u;
+    entry = (state >> 63) != 0 ? 1.0 : -1.0;
+  }
+  return z;
+}
+
+double column_norm(const SparseMatrix& A, const Vector& D) {
+  double largest = 0;
+  for (Index j = 0; j < A.cols(); ++j) {
+    double sum = 0;
+    for (SparseMatrix::InnerIterator it(A, j); it; ++it) sum += std::abs(it.value()) * D(it.row());
+    largest = std::max(largest, sum * D(j));
+  }
+  return largest;
+}
+
+// Of M^ scaled by D on both sides.
+double mass_norm(const Superelement& s, const Vector& D) {
+  const auto D_k = D.head(s.k()), D_c = D.tail(s.c());
+  double largest = 0;
+  for (Index j = 0; j < s.c(); ++j) {
+    double sum = s.M_cc.col(j).cwiseAbs().dot(D_c);
+    if (s.k() > 0) sum += s.M_kc.col(j).cwiseAbs().dot(D_k);
+    largest = std::max(largest, sum * D_c(j));
+  }
+  for (Index i = 0; i < s.k(); ++i) largest = std::max(largest, (D_k(i) + s.M_kc.row(i).transpose().cwiseAbs().dot(D_c)) * D_k(i));
+  return largest;
+}
+
+template <typename Rows>
+RigidResidual worst_row(Index n, const Matrix& R, Rows absolute_sum, const Matrix& KR) {
+  RigidResidual worst;
+  const Eigen::RowVectorXd size = R.cwiseAbs().colwise().maxCoeff();
+  for (Index i = 0; i < n; ++i) {
+    for (Index c = 0; c < R.cols(); ++c) {
+      const double scale = absolute_sum(i) * size(c);
+      const double share = scale > 0 ? std::abs(KR(i, c)) / scale : 0.0;
+      if (share > worst.value) worst = {share, i};
+    }
+  }
+  return worst;
+}
+
+// M_cc - M_kc^T M_kc   (c x c)
+Matrix residual_mass(const Superelement& s) {
+  Matrix M_res = s.M_cc;
+  if (s.k() > 0) M_res.noalias() -= s.M_kc.transpose() * s.M_kc;
+  return M_res;
+}
+
+// x = [a; b] <- M^-1 x: y_c = M_res^-1 (b - M_kc^T a), y_k = a - M_kc y_c
+void solve_mass(const Superelement& s, const Cholesky& M_res, Vector& x) {
+  const Index k = s.k(), c = s.c();
+  if (c == 0) return;
+  Vector y = x.tail(c);
+  if (k > 0) y.noalias() -= s.M_kc.transpose() * x.head(k);
+  M_res.solve_in_place(y);
+  if (k > 0) x.head(k).noalias() -= s.M_kc * y;
+  x.tail(c) = y;
+}
+
+}  // namespace
+
+double inverse_norm(Index n, const std::function<void(Vector&)>& solve) {
+  if (n == 0) return 0;
+  constexpr int most_rounds = 5;
+  Vector x = Vector::Constant(n, 1.0 / static_cast<double>(n));
+  double norm = 0;
+  Index last = -1;
+  for (int round = 0; round < most_rounds; ++round) {
+    Vector y = x;
+    solve(y);
+    const double found = y.lpNorm<1>();
+    if (round > 0 && !(found > norm)) break;
+    norm = found;
+    Vector z = y.unaryExpr([](double v) { return v >= 0 ? 1.0 : -1.0; });
+    solve(z);
+    Index j = 0;
+    const double steepest = z.cwiseAbs().maxCoeff(&j);
+    if (!(steepest > z.dot(x)) || j == last) break;
+    x.setZero();
+    x(j) = 1;
+    last = j;
+  }
+  // Higham's second guess, for matrices that are made to mislead the first.
+  for (Index i = 0; i < n; ++i)
+    x(i) = (i % 2 == 0 ? 1 : -1) * (1 + static_cast<double>(i) / static_cast<double>(std::max<Index>(n - 1, 1)));
+  solve(x);
+  return std::max(norm, 2 * x.lpNorm<1>() / (3 * static_cast<double>(n)));
+}
+
+ConditionNumbers condition_numbers(const SparseMatrix& A, const SparseCholesky& factor) {
+  const SingleThreadedBlas blas;  // solves of one vector: memory is the limit
+  const Index n = A.rows();
+  if (n == 0) return {};
+  const Vector diagonal = A.diagonal(), D = diagonal.cwiseSqrt().cwiseInverse();
+  ConditionNumbers numbers;
+  numbers.plain = column_norm(A, Vector::Ones(n)) * inverse_norm(n, [&](Vector& x) { factor.solve(x.data(), x.data()); });
+  // (D A D)^-1 = D^-1 A^-1 D^-1
+  numbers.scaled = column_norm(A, D) * inverse_norm(n, [&](Vector& x) {
+                     x = x.cwiseQuotient(D);
+                     factor.solve(x.data(), x.data());
+                     x = x.cwiseQuotient(D);
+                   });
+  return numbers;
+}
+
+ConditionNumbers reduced_mass_condition(const Superelement& s) {
+  const Index c = s.c(), n = s.n();
+  if (n == 0) return {};
+  const Cholesky cholesky(residual_mass(s));
+  const double infinite = std::numeric_limits<double>::infinity();
+  if (!cholesky.ok()) return {infinite, infinite};
+  const auto solve = [&](Vector& x) { solve_mass(s, cholesky, x); };
+  Vector D = Vector::Ones(n);
+  ConditionNumbers numbers;
+  numbers.plain = mass_norm(s, D) * inverse_norm(n, solve);
+  D.tail(c) = s.M_cc.diagonal().cwiseSqrt().cwiseInverse();
+  numbers.scaled = mass_norm(s, D) * inverse_norm(n, [&](Vector& x) {
+                     x = x.cwiseQuotient(D);
+                     solve(x);
+                     x = x.cwiseQuotient(D);
+                   });
+  return numbers;
+}
+
+ModeCheck check_modes(const Partition& p, const Vector& lambda, const Matrix& Phi) {
+  const Index k = lambda.size();
+  if (k == 0) return {};
+  ModeCheck check;
+  const Vector z = random_signs(k);
+  const Vector M_Phi_z = p.M_II * Vector(Phi * z);
+  check.orthogonality = (Phi.transpose() * M_Phi_z - z).cwiseAbs().maxCoeff(&check.worst);
+  const Vector w = Phi * z.cwiseQuotient(lambda);
+  check.residual = (p.K_II * w - M_Phi_z).norm() / M_Phi_z.norm();
+  return check;
+}
+
+void require_independent(const Partition& p, const Matrix& Phi, const ModeCheck& check) {
+  if (check.worst < 0 || !is_dependent(check.orthogonality)) return;
+  Vector overlap = Phi.transpose() * Vector(p.M_II * Phi.col(check.worst));
+  overlap(check.worst) = 0;
+  Index other = 0;
+  const double share = overlap.cwiseAbs().maxCoeff(&other);
+  throw RunError(format_text(
+      "fixed-interface modes %lld and %lld are not independent of each other (Phi^T M Phi is %.2g between them, not "
+      "0): the eigensolver has found one twice; ask for a few more or fewer modes",
+      static_cast<long long>(std::min(other, check.worst) + 1), static_cast<long long>(std::max(other, check.worst) + 1), share));
+}
+
+RigidResidual rigid_residual(const SparseMatrix& K, const Matrix& R) {
+  Vector sums = Vector::Zero(K.rows());
+  for (Index j = 0; j < K.cols(); ++j)
+    for (SparseMatrix::InnerIterator it(K, j); it; ++it) sums(it.row()) += std::abs(it.value());
+  return worst_row(
+      K.rows(), R, [&](Index i) { return sums(i); }, K * R);
+}
+
+RigidResidual rigid_residual(const Matrix& K, const Matrix& R) {
+  // Rows may be 0 but for round-off: what is not stiff at all is measured by what is stiffest.
+  const double largest = K.rows() > 0 ? K.cwiseAbs().rowwise().sum().maxCoeff() : 0.0;
+  return worst_row(
+      K.rows(), R, [&](Index) { return largest; }, K * R);
+}
+
+SoftestMotion softest_motion(Matrix K, const Matrix& R) {
+  const Index n = K.rows();
+  if (n <= R.cols()) return {};
+  // A row without any stiffness keeps its scale
+  const double largest = K.diagonal().maxCoeff();
+  if (!(largest > 0)) return {};
+  const Vector D = K.diagonal().unaryExpr([&](double d) { return 1 / std::sqrt(d > 0 ? d : largest); });
+  K = D.asDiagonal() * K * D.asDiagonal();
+  // The rigid motions held by springs of the size of its diagonal; what then is soft still is another motion
+  const Matrix Q = orthonormal_basis(D.cwiseInverse().asDiagonal() * R);
+  const Matrix scaled = K;
+  K.noalias() += Q * Q.transpose();
+  K.diagonal().array() += no_singularity;
+  const Cholesky cholesky(std::move(K));
+  if (!cholesky.ok()) return {};
+  Vector x = random_signs(n).normalized();
+  for (int i = 0; i < 3; ++i) {
+    x -= Q * (Q.transpose() * x);
+    cholesky.solve_in_place(x);
+    x.normalize();
+  }
+  x -= Q * (Q.transpose() * x);
+  SoftestMotion softest;
+  softest.stiffness = std::max(0.0, x.dot(scaled * x) / x.squaredNorm());
+  x.cwiseProduct(D).cwiseAbs().maxCoeff(&softest.dof);
+  return softest;
+}
+
+double largest_frequency(const Superelement& s) {
+  const Index k = s.k(), c = s.c();
+  const Cholesky M_res(residual_mass(s));
+  if (!M_res.ok()) return std::numeric_limits<double>::quiet_NaN();
+  const SingleThreadedBlas blas;  // one vector after another: memory is the limit
+  const auto times_stiffness = [&](const Vector& x, Vector& y) {
+    y.resize(s.n());
+    y.head(k) = s.eigenvalues.cwiseProduct(x.head(k));
+    y.tail(c).noalias() = s.K_cc * x.tail(c);
+  };
+  const auto divided_by_mass = [&](const Vector& x, Vector& y) {
+    y = x;
+    solve_mass(s, M_res, y);
+  };
+  return std::sqrt(largest_eigenvalue(s.n(), times_stiffness, divided_by_mass));
+}
+
+Index examine_reduced(const Superelement& s, const Matrix& rigid, Conditioning& c) {
+  Index dof = -1;
+  c.mass = reduced_mass_condition(s);
+  if (!s.has_diagonal_form()) {
+    const SoftestMotion softest = softest_motion(s.K_cc, rigid.bottomRows(s.c()));
+    c.softest = softest.stiffness;
+    return is_without_stiffness(c.softest) ? softest.dof : -1;
+  }
+  const Index known = s.omega.size();  // all, or the lowest
+  c.n_zero = (s.omega.array() == 0).count();
+  c.largest_omega = known == s.n() ? s.omega(known - 1) : largest_frequency(s);
+  if (c.n_zero < known) c.lowest_omega = s.omega(c.n_zero);
+  if (c.n_zero > c.n_rigid) s.V.col(c.n_rigid).tail(s.c()).cwiseAbs().maxCoeff(&dof);
+  return dof;
+}
+
+}  // namespace cbr

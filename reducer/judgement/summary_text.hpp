@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What is told about a superelement, by the summary of a reduction and by --info.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "common/superelement/superelement.hpp"
+
+namespace cbr {
+
+struct SummaryLine {
+  std::string text;
+  bool detail = false;  // for --verbose only
+};
+
+// Errors that the reduction knows of, each with what is good; none without Superelement::accuracy.
+std::vector<SummaryLine> accuracy_lines(const Superelement& superelement);
+
+// The first six frequencies with the interface held and of the free part, in Hz, as far as the superelement knows them.
+std::vector<SummaryLine> frequency_lines(const Superelement& superelement);
+
+// "x_max (150 faces), corner (1 nodes)"; "none".
+std::string sets_text(const Superelement& superelement);
+
+}  // namespace cbr

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "reducer/modes/interior_loads.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/base/error.hpp"
+#include "common/linalg/dense.hpp"
+#include "common/linalg/eigen/eigenpairs.hpp"
+#include "common/mesh/face_weights.hpp"
+#include "common/mesh/surface.hpp"
+
+namespace cbr {
+namespace {
+
+// Of the strain energy of K_II^-1 F: what the modes leave of it, and what one vector has beside the others, to be worth one.
+constexpr double round_off = 1e-10;
+
+// Place of each mesh node's first dof in u_I (>= 0) or, as -1 - place, in u_C.
+std::vector<Index> places(const Mesh& mesh, const FiniteElementModel& model, const Partition& p) {
+  std::vector<Index> place(mesh.node_ids.size(), 0);
+  for (std::size_t i = 0; i < p.interior_nodes.size(); ++i) place[model.nodes[p.interior_nodes[i]]] = 3 * static_cast<Index>(i);
+  for (std::size_t i = 0; i < p.interface_nodes.size(); ++i)
+    place[model.nodes[p.interface_nodes[i]]] = -1 - 3 * static_cast<Index>(i);
+  return place;
+}
+
+bool is_nodeset(const Mesh& mesh, const std::string& name) { return find_sideset(mesh, name) < 0 && find_nodeset(mesh, name) >= 0; }
+
+Surface surface_of_load(const Mesh& mesh, const std::string& name) {
+  const Index set = find_sideset(mesh, name);
+  if (set < 0) throw InputError("loads: the mesh has no sideset '" + name + "' (available: " + set_names(mesh) + ")");
+  return extract_surface(mesh, mesh.sidesets[set]);
+}
+
+}  // namespace
+
+void refuse_loads_inside(const Mesh& mesh, const ReductionOptions& reduction, const std::vector<std::string>& sets,
+                         bool takes_faces_in) {
+  if (sets.empty()) return;
+  const FiniteElementModel model = number_nodes(mesh);
+  std::vector<char> is_kept(mesh.node_ids.size(), 0);
+  for (const Index i : interface_nodes(mesh, model, reduction.interface_sets)) is_kept[model.nodes[i]] = 1;
+  for (const std::string& name : sets) {
+    const bool of_nodes = is_nodeset(mesh, name);
+    const std::vector<Index> nodes = of_nodes ? set_nodes(mesh, name) : surface_nodes(surface_of_load(mesh, name));
+    if (std::all_of(nodes.begin(), nodes.end(), [&](Index node) { return is_kept[node] != 0; })) continue;
+    if (of_nodes)
+      throw InputError("loads: nodeset '" + name + "' lies inside the part, and forces on nodes act on nodes that are kept: add '" +
+                       name + "' to reduction.interface");
+    if (takes_faces_in) continue;
+    const std::string who = reduction.is_decomposed() ? "domains above 1 know" : "basis: " + reduction.basis + " knows";
+    throw InputError("loads: '" + name + "' lies inside the part, and " + who +
+                     " loads on the interface only: add it to reduction.interface, or use basis: craig-bampton with domains: 1");
+  }
+}
+
+InteriorLoads interior_loads(const Mesh& mesh, const FiniteElementModel& model, const Partition& p,
+                             const std::vector<std::string>& sets) {
+  InteriorLoads loads;
+  const std::vector<Index> place = places(mesh, model, p);
+  std::vector<Vector> weights;
+  std::vector<std::vector<Index>> nodes;
+  for (const std::string& name : sets) {
+    if (is_nodeset(mesh, name)) continue;
+    const Surface surface = surface_of_load(mesh, name);
+    std::vector<Index> of_surface = surface_nodes(surface);
+    for (const Index node : of_surface)
+      if (model.row[node] < 0) throw InputError("loads: sideset '" + name + "' has a node that no volume element uses");
+    if (std::all_of(of_surface.begin(), of_surface.end(), [&](Index node) { return place[node] < 0; })) continue;
+    loads.names.push_back(name);
+    weights.push_back(face_weights(surface, mesh.coordinates));
+    loads.areas.push_back(weights.back().sum());
+    nodes.push_back(std::move(of_surface));
+  }
+  const auto m = static_cast<Index>(loads.names.size());
+  loads.F_I = Matrix::Zero(p.n_interior(), 3 * m);
+  loads.F_C = Matrix::Zero(p.n_interface(), 3 * m);
+  for (Index j = 0; j < m; ++j)
+    for (const Index node : nodes[j])
+      for (int d = 0; d < 3; ++d) {
+        const Index at = place[node];
+        (at >= 0 ? loads.F_I(at + d, 3 * j + d) : loads.F_C(-1 - at + d, 3 * j + d)) = weights[j](node);
+      }
+  return loads;
+}
+
+Index add_residual_vectors(const Partition& p, const SparseCholesky& factor, const Matrix& F_I, FixedInterfaceModes& modes) {
+  if (F_I.cols() == 0 || p.n_interior() == 0) return 0;
+  const Index k = modes.lambda.size();
+  Matrix X = F_I;
+  factor.solve_in_place(X);
+  const Vector energy = F_I.cwiseProduct(X).colwise().sum();  // F^T K_II^-1 F, diagonal
+  Matrix F = F_I;                                             // K_II X
+  if (k > 0) {
+    // X <- X - Phi (Phi^T M_II X) twice, so that round-off leaves nothing of the modes in it; K_II X goes along by M_II Phi Lambda
+    for (int pass = 0; pass < 2; ++pass) {
+      const Matrix overlap = modes.Phi.transpose() * Matrix(p.M_II * X);
+      X.noalias() -= modes.Phi * overlap;
+      F.noalias() -= p.M_II * Matrix(modes.Phi * Matrix(modes.lambda.asDiagonal() * overlap));
+    }
+  }
+  const Vector scale = energy.unaryExpr([](double e) { return e > 0 ? 1 / std::sqrt(e) : 0.0; });
+  X = X * scale.asDiagonal();
+  Matrix K = X.transpose() * F * scale.asDiagonal();
+  K = 0.5 * (K + K.transpose()).eval();
+  // Independent directions in energy: K = U diag(e) U^T
+  const SymmetricEigen independent = symmetric_eigen(K);
+  std::vector<Index> kept;
+  for (Index j = 0; j < K.cols(); ++j)
+    if (independent.values(j) > round_off) kept.push_back(j);
+  if (kept.empty()) return 0;
+  const Vector root = Vector(independent.values(kept)).cwiseSqrt().cwiseInverse();
+  const Matrix T = Matrix(independent.vectors(Eigen::all, kept)) * root.asDiagonal();
+  X = X * T;  // X^T K_II X = I
+  const Matrix M = X.transpose() * Matrix(p.M_II * X);
+  const SymmetricEigen ritz = symmetric_eigen(M);
+  const Vector mu = ritz.values.reverse();  // 1 / lambda, lambda ascending
+  Matrix more = X * Matrix(ritz.vectors.rowwise().reverse()) * Matrix(mu.cwiseSqrt().cwiseInverse().asDiagonal());
+  fix_signs(more);
+  const Index r = more.cols();
+  modes.lambda.conservativeResize(k + r);
+  modes.lambda.tail(r) = mu.cwiseInverse();
+  modes.Phi.conservativeResize(Eigen::NoChange, k + r);
+  modes.Phi.rightCols(r) = more;
+  return r;
+}
+
+Index add_residual_vectors(const std::vector<ComponentPart>& parts, const Matrix& F_I, FixedInterfaceModes& modes) {
+  const std::vector<std::size_t> owner = owners(parts, modes.Phi);
+  std::vector<FixedInterfaceModes> vectors(parts.size());
+  const Index k = modes.lambda.size();
+  for (std::size_t q = 0; q < parts.size(); ++q) {
+    const ComponentPart& part = parts[q];
+    const Matrix F = F_I(part.inside, Eigen::all);
+    vectors[q].Phi.resize(F.rows(), 0);
+    if (F.size() == 0 || F.cwiseAbs().maxCoeff() == 0) continue;
+    std::vector<Index> kept;
+    for (Index j = 0; j < k; ++j)
+      if (owner[j] == q) kept.push_back(j);
+    FixedInterfaceModes own;
+    own.lambda = modes.lambda(kept), own.Phi = modes.Phi(part.inside, kept);
+    const Index r = add_residual_vectors(part.p, SparseCholesky(part.p.K_II), F, own);
+    vectors[q].lambda = own.lambda.tail(r), vectors[q].Phi = own.Phi.rightCols(r);
+  }
+  const FixedInterfaceModes more = joined(parts, vectors, F_I.rows());
+  const Index r = more.lambda.size();
+  modes.lambda.conservativeResize(k + r), modes.Phi.conservativeResize(Eigen::NoChange, k + r);
+  modes.lambda.tail(r) = more.lambda, modes.Phi.rightCols(r) = more.Phi;
+  return r;
+}
+
+std::map<std::string, Superelement::InteriorLoad> generalised_loads(const Partition& p, const SparseCholesky& factor,
+                                                                    const InteriorLoads& loads, const Matrix& Phi,
+                                                                    const Matrix& M_cc) {
+  Matrix X = loads.F_I;
+  factor.solve_in_place(X);
+  Matrix Q(Phi.cols() + p.n_interface(), loads.F_I.cols());
+  Q << Phi.transpose() * loads.F_I, loads.F_C - p.K_IC.transpose() * X;
+  if (const RigidMotions& rigid = p.rigid; rigid.count() > 0) {
+    // F_c <- F_c + G^T (R^T F - R_C^T F_c)
+    auto F_c = Q.bottomRows(p.n_interface());
+    const Matrix missing =
+        SparseMatrix(rigid.R_I.transpose()) * loads.F_I + SparseMatrix(rigid.R_C.transpose()) * Matrix(loads.F_C - F_c);
+    F_c += SparseMatrix(rigid_content(rigid, M_cc).transpose()) * missing;
+  }
+  std::map<std::string, Superelement::InteriorLoad> result;
+  for (std::size_t j = 0; j < loads.names.size(); ++j)
+    result[loads.names[j]] = {loads.areas[j], Q.middleCols(3 * static_cast<Index>(j), 3)};
+  return result;
+}
+
+}  // namespace cbr

@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "reducer/partition/partition.hpp"
+
+#include <algorithm>
+#include <numeric>
+#include <string>
+
+#include "common/base/error.hpp"
+#include "common/fem/connected_parts.hpp"
+#include "common/linalg/dense.hpp"
+#include "common/scene/left_out_blocks.hpp"
+
+namespace cbr {
+namespace {
+
+// Relative to the part's size. Far above round-off, far below any interface that could hold a part in practice.
+constexpr double collinear = 1e-10;
+
+// The block of A with these rows (`local`: their number in the block, -1 outside, ascending) and columns.
+SparseMatrix block(const SparseMatrix& A, const std::vector<Index>& local, Index rows, const std::vector<Index>& columns) {
+  SparseMatrix B(rows, static_cast<Index>(columns.size()));
+  Index entries = 0;
+  for (const Index j : columns) {
+    for (SparseMatrix::InnerIterator it(A, j); it; ++it) entries += local[static_cast<std::size_t>(it.row())] >= 0;
+  }
+  B.reserve(entries);
+  for (std::size_t j = 0; j < columns.size(); ++j) {
+    B.startVec(static_cast<Index>(j));
+    for (SparseMatrix::InnerIterator it(A, columns[j]); it; ++it) {
+      const Index row = local[static_cast<std::size_t>(it.row())];
+      if (row >= 0) B.insertBack(row, static_cast<Index>(j)) = it.value();
+    }
+  }
+  B.finalize();
+  return B;
+}
+
+std::vector<Index> numbering(const std::vector<Index>& dofs, Index n) {
+  std::vector<Index> local(static_cast<std::size_t>(n), -1);
+  for (std::size_t i = 0; i < dofs.size(); ++i) local[static_cast<std::size_t>(dofs[i])] = static_cast<Index>(i);
+  return local;
+}
+
+bool is_diagonal(const SparseMatrix& M) {
+  for (Index j = 0; j < M.cols(); ++j) {
+    for (SparseMatrix::InnerIterator it(M, j); it; ++it) {
+      if (it.row() != j && it.value() != 0) return false;
+    }
+  }
+  return true;
+}
+
+struct Part {
+  std::vector<Index> interior, interface;  // model nodes
+};
+
+// Rank of the six rigid motions of the part on its interface nodes.
+Index rank_on_interface(const Mesh& mesh, const FiniteElementModel& model, const Part& part) {
+  const auto position = [&](Index i) { return Vector3(mesh.coordinates.row(model.nodes[static_cast<std::size_t>(i)])); };
+  const Vector3 center = position(part.interface.front());
+  double size = 0;
+  for (const auto* nodes : {&part.interior, &part.interface}) {
+    for (const Index i : *nodes) size = std::max(size, (position(i) - center).norm());
+  }
+  Points x(static_cast<Index>(part.interface.size()), 3);
+  for (Index i = 0; i < x.rows(); ++i) x.row(i) = (position(part.interface[static_cast<std::size_t>(i)]) - center) / size;
+  return PivotedQr(rigid_modes(x, Vector3::Zero()), collinear).rank();
+}
+
+// "; node id 28 of block 'a' and node id 3 of block 'b' are at the same place: ...", or "": a node of the part and one of another
+// that the mesh generator should have made one.
+std::string coincidence(const Mesh& mesh, const FiniteElementModel& model, const std::vector<Index>& parts, Index part) {
+  for (const NearNodes& pair : near_nodes(mesh, model, parts)) {
+    const auto number = [&](Index node) { return parts[static_cast<std::size_t>(node)]; };
+    if (number(pair.first) != part && number(pair.second) != part) continue;
+    const bool own = number(pair.first) == part;
+    return "; " + name_of_node(mesh, model.nodes[static_cast<std::size_t>(own ? pair.first : pair.second)]) + " and " +
+           name_of_node(mesh, model.nodes[static_cast<std::size_t>(own ? pair.second : pair.first)]) + " are " +
+           how_near(pair.apart) + ": were nodes to be merged?";
+  }
+  return "";
+}
+
+}  // namespace
+
+std::string name_of_node(const Mesh& mesh, Index node) {
+  const std::string id = "node id " + std::to_string(mesh.node_ids[static_cast<std::size_t>(node)]);
+  for (const auto& block : mesh.blocks) {
+    if (dimension(block.type) == 3 && (block.connectivity.array() == node).any()) return id + " of block '" + block.name + "'";
+  }
+  return id;
+}
+
+std::string name_of_node_id(const Mesh& mesh, Index id) {
+  const auto found = std::find(mesh.node_ids.begin(), mesh.node_ids.end(), id);
+  return found == mesh.node_ids.end() ? "node id " + std::to_string(id) : name_of_node(mesh, found - mesh.node_ids.begin());
+}
+
+FiniteElementModel number_nodes(const Mesh& mesh) {
+  FiniteElementModel model;
+  model.row.assign(static_cast<std::size_t>(mesh.coordinates.rows()), -1);
+  for (const Block& block : mesh.blocks) {
+    if (dimension(block.type) != 3) continue;
+    for (const Index node : block.connectivity.reshaped()) model.row[static_cast<std::size_t>(node)] = 0;
+  }
+  for (std::size_t i = 0; i < model.row.size(); ++i) {
+    if (model.row[i] < 0) continue;
+    model.row[i] = static_cast<Index>(model.nodes.size());
+    model.nodes.push_back(static_cast<Index>(i));
+  }
+  if (model.nodes.empty()) throw InputError(no_volume_elements);
+  return model;
+}
+
+std::vector<Index> dofs_of(const std::vector<Index>& nodes) {
+  std::vector<Index> dofs;
+  dofs.reserve(3 * nodes.size());
+  for (const Index node : nodes) dofs.insert(dofs.end(), {3 * node, 3 * node + 1, 3 * node + 2});
+  return dofs;
+}
+
+std::vector<Index> interface_nodes(const Mesh& mesh, const FiniteElementModel& model, const std::vector<std::string>& sets) {
+  if (sets.empty()) {
+    throw InputError("no interface: name at least one sideset or nodeset whose nodes are kept; the mesh has " + set_names(mesh));
+  }
+  std::vector<bool> kept(model.nodes.size(), false);
+  for (const auto& name : sets) {
+    const std::vector<Index> nodes = set_nodes(mesh, name);
+    if (nodes.empty()) throw InputError("interface '" + name + "' has no nodes: choose another set of " + set_names(mesh));
+    for (const Index node : nodes) {
+      const Index i = model.row[static_cast<std::size_t>(node)];
+      if (i < 0) {
+        throw InputError("interface '" + name + "': node id " + std::to_string(mesh.node_ids[static_cast<std::size_t>(node)]) +
+                         " belongs to no volume element: take it out of the set");
+      }
+      kept[static_cast<std::size_t>(i)] = true;
+    }
+  }
+  std::vector<Index> nodes;
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    if (kept[i]) nodes.push_back(static_cast<Index>(i));
+  }
+  return nodes;
+}
+
+Partition partition(const FiniteElementModel& model, const std::vector<Index>& interface_nodes) {
+  Partition p;
+  p.interface_nodes = interface_nodes;
+  std::vector<Index> all(model.nodes.size());
+  std::iota(all.begin(), all.end(), Index{0});
+  std::set_difference(all.begin(), all.end(), interface_nodes.begin(), interface_nodes.end(), std::back_inserter(p.interior_nodes));
+  const std::vector<Index> I = dofs_of(p.interior_nodes), C = dofs_of(p.interface_nodes);
+  const std::vector<Index> local_I = numbering(I, model.K.rows()), local_C = numbering(C, model.K.rows());
+  const auto n_I = static_cast<Index>(I.size()), c = static_cast<Index>(C.size());
+  p.K_II = block(model.K, local_I, n_I, I);
+  p.K_IC = block(model.K, local_I, n_I, C);
+  p.K_CC = block(model.K, local_C, c, C);
+  p.M_II = block(model.M, local_I, n_I, I);
+  p.M_IC = block(model.M, local_I, n_I, C);
+  p.M_CC = block(model.M, local_C, c, C);
+  p.lumped = is_diagonal(model.M);
+  return p;
+}
+
+void check_interface_holds(const Mesh& mesh, const FiniteElementModel& model, const Partition& partition,
+                           const std::vector<Index>& parts) {
+  const Index n_parts = parts.empty() ? 0 : *std::max_element(parts.begin(), parts.end()) + 1;
+  std::vector<Part> found(static_cast<std::size_t>(n_parts));
+  for (const Index i : partition.interior_nodes)
+    found[static_cast<std::size_t>(parts[static_cast<std::size_t>(i)])].interior.push_back(i);
+  for (const Index i : partition.interface_nodes)
+    found[static_cast<std::size_t>(parts[static_cast<std::size_t>(i)])].interface.push_back(i);
+  for (std::size_t number = 0; number < found.size(); ++number) {
+    const Part& part = found[number];
+    if (part.interior.empty()) continue;
+    // Looked for only when there is something to say of it: the name takes a walk through the mesh
+    const auto name = [&] {
+      return "the part of " + std::to_string(part.interior.size() + part.interface.size()) + " nodes with " +
+             name_of_node(mesh, model.nodes[static_cast<std::size_t>(part.interior.front())]) +
+             (n_parts > 1 ? " (one of " + std::to_string(n_parts) + " parts of the mesh)" : "");
+    };
+    if (part.interface.empty()) {
+      throw InputError(name() +
+                       " is not connected to the interface: its interior would float; join it to the rest, leave it out "
+                       "of the mesh, or put some of its nodes into the interface" +
+                       coincidence(mesh, model, parts, static_cast<Index>(number)));
+    }
+    const Index rank = rank_on_interface(mesh, model, part);
+    if (rank == 6) continue;
+    throw InputError(
+        "the interface has " + std::to_string(part.interface.size()) + " node" + (part.interface.size() > 1 ? "s" : "") + " on " +
+        name() + ", not three that are off one line: the interior could turn freely about them; add nodes to " + "the interface");
+  }
+}
+
+void tell_of_parts(const Mesh& mesh, const FiniteElementModel& model, const std::vector<Index>& parts, Report& report) {
+  if (const std::string text = several_parts(mesh, model, parts); !text.empty()) report.line(report.about() + text);
+  if (const std::string text = unjoined_parts(mesh, model, parts); !text.empty()) report.warning(text);
+}
+
+}  // namespace cbr
