@@ -103,6 +103,8 @@ class Body {
   // and of a thin response `still`, the share of its static rows: a body that needs that product is spared it.
   virtual void add_answered_impulses(Index set, const Points& contact, const Points& friction, const Points& move,
                                      const Vector& still);
+  // A moment (times time) on the body beside impulses on its nodes; of bodies that turn, which all others are not.
+  virtual void add_moment(const Vector3&, ImpulseKind) {}
   // Changes the velocities of the set's nodes (n x 3, scene axes), and of no other coordinate, such that the end moves by h times
   // as much: what a nodal (kinematic) enforcement does. Row sums do not tell all of the momentum that this brings; what is missing
   // from `momentum` is made up by a velocity that all nodes of the set get, which is returned.
@@ -150,6 +152,8 @@ class Body {
   // what others do not see: what a recovery of interiors starts from.
   virtual void coordinates(Vector& q, Vector& rates) const = 0;
 
+  // Of a body that turns by any angle: the rotation since the start in which this step's response() is. Others: none.
+  virtual const Matrix3* turn_of_step() const { return nullptr; }
   // What coordinates() does not show of a body that turns: u and v (n x 3, scene axes) of points X of it (n x 3, undeformed, scene
   // axes) become the whole displacements and velocities.
   virtual void turn(const Points& X, Points& u, Points& v) const;

@@ -182,6 +182,14 @@ void balance_lines(const BuiltScene& built, const RunResult& result, const Balan
                   b.momentum, b.angular_momentum));
 }
 
+// What makes an instance turn by any angle.
+std::string cure_of_rotation(const BuiltScene& built, std::size_t i) {
+  const Simulation& sim = built.simulation;
+  if (i < sim.supports.size() && sim.supports[i]) return "; time: {rotations: large} turns bodies without supports only";
+  return std::string("; ") + (built.instances[i].mesh ? "as: superelement, " : "") +
+         (sim.bodies[i]->is_exact() ? "" : "integrator: exact, ") + "time: {rotations: large} turns it by any angle";
+}
+
 // Bodies are linear: strains of a rotated one are wrong.
 void rotation_warnings(const BuiltScene& built, const RunResult& result, Report& report) {
   constexpr int most = 10;
@@ -192,7 +200,8 @@ void rotation_warnings(const BuiltScene& built, const RunResult& result, Report&
     report.warning(
         format_text("instance '%s' rotates by %.3g degrees, beyond 5 from t = %.4g s on: bodies are linear (small "
                     "rotations), so its motion is no longer right",
-                    built.simulation.bodies[i]->name().c_str(), of.rotation * 180 / std::numbers::pi, *of.turned_at));
+                    built.simulation.bodies[i]->name().c_str(), of.rotation * 180 / std::numbers::pi, *of.turned_at) +
+        cure_of_rotation(built, i));
   }
   if (n > most) report.warning("and " + std::to_string(n - most) + " more instances rotate by more than 5 degrees");
 }

@@ -19,6 +19,29 @@ void add_and_move(Body& body, Index set, const Points& impulses, ImpulseKind kin
   contact.response.add_product(impulses, contact.end);
 }
 
+// Impulses act where the nodes are at the start of a step, which is not where its contact is: a point's two sides are some of the
+// step's slip apart. Each side of a point gets half of the moment that this leaves, so that the sum of all moments is 0.
+void balance_moments(const ContactGroup& group, const Points& p, ContactState& state) {
+  const auto turns = [&](Index b) { return state.bodies[b].turn.has_value(); };
+  if (std::none_of(group.bodies.begin(), group.bodies.end(), turns)) return;
+  for (std::size_t i = 0; i < group.list.points.size(); ++i) {
+    const ContactPoint& point = group.list.points[i];
+    const Vector3 of = p.row(static_cast<Index>(i)).transpose();
+    const ContactTerm* terms = group.list.terms.data() + point.first_term;
+    const Index slave = terms[0].body, master = terms[point.n_terms - 1].body;
+    if (of.isZero(0) || slave == master) continue;
+    Vector3 apart = Vector3::Zero();
+    for (Index t = 0; t < point.n_terms; ++t)
+      apart += terms[t].coefficient * state.bodies[terms[t].body].start.row(terms[t].node).transpose();
+    const Vector3 normal = apart.cross(Vector3(of[0] * point.normal()));
+    const Vector3 all = apart.cross(Vector3(point.frame.transpose() * of));
+    for (const Index b : {slave, master}) {
+      state.bodies[b].moment -= 0.5 * normal;
+      state.bodies[b].friction_moment -= 0.5 * (all - normal);
+    }
+  }
+}
+
 // Hands the impulses of the group to the bodies; nodal: as velocities of the nodes alone.
 void deliver(Simulation& sim, const ContactGroup& group, bool nodal, double h, ContactState& state, ContactOutcome& outcome) {
   for (const Index b : group.bodies) {
@@ -39,6 +62,10 @@ void deliver(Simulation& sim, const ContactGroup& group, bool nodal, double h, C
       if (pushed) add_and_move(body, nodes.set, contact.impulses, ImpulseKind::contact, contact);
       if (rubbed) add_and_move(body, nodes.set, contact.friction, ImpulseKind::friction, contact);
     }
+    if (contact.turn) {
+      body.add_moment(contact.moment, ImpulseKind::contact);
+      body.add_moment(contact.friction_moment, ImpulseKind::friction);
+    }
     if (pushed || rubbed) sweep(contact);
     if (pushed) state.impulses_since_output[b] += contact.impulses;
     if (rubbed) state.impulses_since_output[b] += contact.friction;
@@ -49,8 +76,9 @@ void prepare(const Simulation& sim, const ContactGroup& group, double h, Contact
   for (const Index b : group.bodies) {
     ContactBody& body = state.bodies[b];
     body.impulses.setZero(), body.friction.setZero();
+    body.moment.setZero(), body.friction_moment.setZero();
     body.has_move = false;
-    if (body.response_h == h) continue;
+    if (body.response_h == h && !body.turn) continue;
     body.response = sim.bodies[sim.contact_nodes[b].body]->response(sim.contact_nodes[b].set, h);
     body.response_h = h;
   }
@@ -92,6 +120,7 @@ EnforcementResult enforce(Simulation& sim, const ContactGroup& group, double h, 
   const bool nodal = sim.pairs[p].enforcement == Enforcement::nodal;
   EnforcementResult result = nodal ? enforce_nodal(group.list, group.guess, h, state.masses, state.bodies)
                                    : enforce_impulse(group.list, group.laws, group.guess, h, state.bodies, state.islands[p]);
+  balance_moments(group, result.p, state);
   deliver(sim, group, nodal, h, state, outcome);
   return result;
 }

@@ -144,6 +144,7 @@ class TimeLoop {
       sim_.bodies[nodes.body]->positions(nodes.set, contact.start);
     }
     sim_.bodies[nodes.body]->predicted_positions(nodes.set, contact.end);
+    if (const Matrix3* turn = sim_.bodies[nodes.body]->turn_of_step()) contact.turn = *turn;
     sweep(contact);
     located_[c] = 1;
   }
@@ -201,7 +202,8 @@ class TimeLoop {
       is_moving_[b] = 0;
       const Index c = contact_of_[b];
       if (c < 0) continue;
-      current_[c] = located_[c];
+      // Impulses turn a body otherwise than the linear answer tells
+      current_[c] = located_[c] && !(outcome_.touched[c] && sim_.bodies[b]->turn_of_step());
       if (outcome_.touched[c]) resting_[b] = 0;
     }
   }

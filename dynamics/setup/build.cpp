@@ -183,7 +183,6 @@ void refuse_what_cannot_be(const Scene& scene) {
   if (scene.instances.empty()) throw InputError(scene.file.string() + ": the scene has no instances");
   check_contact_with_time(scene);
   check_statics(scene);
-  refuse_what_does_not_turn(scene);
   for (const ContactOptions& contact : scene.contact) {
     const std::string what = std::string("enforcement: ") + word_of(enforcement_words, contact.enforcement);
     if (scene.time->integrator == Integrator::exact && contact.enforcement == Enforcement::nodal && skin_acts(scene))
@@ -364,6 +363,8 @@ BuiltScene build(const Scene& scene_of_run, Report& report, const BuildOptions& 
   BuiltScene built;
   built.momentum_is_kept = scene.boundary.empty();
   const SceneIndex index(scene);
+  refuse_what_does_not_turn(index);
+  if (const std::string note = note_of_what_stays(index); !note.empty()) built.notes.push_back(note);
   Builder(index, options, report, built).add_instances();
   require_skin(scene, built);
   note_shells(scene, built);

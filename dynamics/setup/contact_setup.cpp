@@ -149,7 +149,9 @@ class Sides {
     if (surface.nodes.front() < 0) surface.nodes.erase(surface.nodes.begin());
     surface.faces = faces.leftCols(4);
     if (whole && faces.rightCols(4).maxCoeff() >= 0) surface.middle = faces.rightCols(4);
-    fill_sizes(surface, built_.simulation.bodies[contact.body]->reference_positions()(contact.nodes, Eigen::all));
+    const Body& body = *built_.simulation.bodies[contact.body];
+    fill_sizes(surface, body.reference_positions()(contact.nodes, Eigen::all));
+    if (body.turn_of_step()) surface.extent.setConstant(surface.extent.norm());
     return at->second = std::make_shared<const ContactSurface>(std::move(surface));
   }
 

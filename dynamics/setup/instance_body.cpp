@@ -163,6 +163,16 @@ InstanceBody BodyMaker::make_modal(const Instance& instance, const ReducedCompon
           component.rigid_body.mass};
 }
 
+InstanceBody BodyMaker::make_turning(const Instance& instance, const ReducedComponent& component) {
+  require_turning(index_, instance, component);
+  InstanceBody made = component.statics ? make_with_statics(instance, component) : make_modal(instance, component);
+  auto* statics = dynamic_cast<StaticsBody*>(made.body.get());
+  SuperelementBody& modal = statics ? statics->modal() : dynamic_cast<SuperelementBody&>(*made.body);
+  const bool late = component.statics && component.statics->is_massless;
+  made.body = std::make_unique<TurningBody>(std::move(made.body), modal, late, instance.angular_velocity);
+  return made;
+}
+
 InstanceBody BodyMaker::make_modal_with_shells(const Instance& instance, const ReducedComponent& component) {
   Shelled& with = shelled(instance, component);
   if (!with.nodes) with.nodes = std::make_shared<Superelement>(nodes_only(*with.model));
@@ -196,12 +206,7 @@ InstanceBody BodyMaker::driven(const Instance& instance, InstanceBody held) cons
 }
 
 InstanceBody BodyMaker::make_held(const Instance& instance, const ReducedComponent& component) {
-  if (scene_.time->rotations == Rotations::large) {
-    require_turning(index_, instance, component);
-    return {std::make_unique<TurningBody>(instance.name, component.superelement, component.form, placement_of(index_, instance),
-                                          instance.angular_velocity),
-            component.rigid_body.mass};
-  }
+  if (turns(index_, instance)) return make_turning(instance, component);
   if (component.statics) return make_with_statics(instance, component);
   const bool stored = component.form != nullptr;
   if (coordinates_of_reduced(index_, instance, component, stored) == Coordinates::coupled)

@@ -55,6 +55,8 @@ class BodyMaker {
   std::shared_ptr<const DiagonalForm> held_form(const Instance& instance, const ReducedComponent& component);
   InstanceBody make_with_statics(const Instance& instance, const ReducedComponent& component);
   InstanceBody make_modal(const Instance& instance, const ReducedComponent& component);
+  // Either of the two, free, in axes that turn with it.
+  InstanceBody make_turning(const Instance& instance, const ReducedComponent& component);
   // With step: auto, of a free superelement with a large face that touches: its highest modes answer at once. Else nothing.
   std::shared_ptr<const StaticsForm> truncated(const Instance& instance, const ReducedComponent& component,
                                                const DiagonalForm& form);

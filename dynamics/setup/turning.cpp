@@ -19,44 +19,84 @@ constexpr const char* cure = "; take rotations: small, or leave it out";
   refuse(instance.source, "instance '" + instance.name + "': " + what);
 }
 
-void refuse_spin_of_small(const Scene& scene) {
-  for (const Instance& instance : scene.instances)
-    if (!instance.angular_velocity.isZero(0))
-      throw InputError(instance.source.text() + ": instance '" + instance.name +
-                       "': angular_velocity needs time: {rotations: large}");
+void refuse_spin(const Instance& instance, const std::string& why) {
+  if (instance.angular_velocity.isZero(0)) return;
+  throw InputError(instance.source.text() + ": instance '" + instance.name + "': angular_velocity needs " + why);
 }
 
-}  // namespace
-
-void refuse_what_does_not_turn(const Scene& scene) {
+// What the whole run does.
+void refuse_ways(const Scene& scene) {
   const TimeOptions& time = *scene.time;
-  if (time.rotations == Rotations::small) return refuse_spin_of_small(scene);
   if (time.integrator != Integrator::exact) refuse(time.source, "time.rotations: large goes with integrator: exact only");
   if (time.mass_scaling) refuse(time.source, "time.rotations: large does not go with mass_scaling: true");
-  if (!scene.contact.empty())
-    refuse(scene.contact.front().source, "contact does not go with time.rotations: large: leave one of the two out");
-  if (!scene.boundary.empty()) refuse(scene.boundary.front().source, "time.rotations: large turns free bodies only, not held ones");
-  for (const Load& load : scene.loads)
-    if (load.kind != Load::Kind::gravity)
-      refuse(load.source, "time.rotations: large takes no load but gravity, found a traction or a force");
   if (skin_acts(scene)) refuse(scene.skin->source, "time.rotations: large does not go with shells that act (skin)");
   const auto& fields = scene.output.fields;
   const auto is_stress = [](const std::string& field) { return field == "stress" || field == "nodal_stress"; };
   if (std::any_of(fields.begin(), fields.end(), is_stress))
-    refuse(scene.output.source, "output.fields does not go with time.rotations: large: leave one of the two out");
+    refuse(scene.output.source, "field stress in output.fields does not go with time.rotations: large");
+  if (!scene.output.stress.empty()) refuse(scene.output.source, "output.stress does not go with time.rotations: large");
+}
+
+void refuse_contact(const SceneIndex& index, const ContactOptions& contact) {
+  const Scene& scene = index.scene();
+  if (contact.enforcement == Enforcement::impulse && !contact.tied) return;
+  const auto touches = [&](const Instance& instance) {
+    return turns(index, instance) &&
+           (contact.all || contact.first.instance == instance.name || contact.second.instance == instance.name);
+  };
+  const auto found = std::find_if(scene.instances.begin(), scene.instances.end(), touches);
+  if (found == scene.instances.end()) return;
+  refuse(contact.source, "contact of instance '" + found->name + "', which turns (time.rotations: large), is enforcement: impulse " +
+                             "without tied only, found " + (contact.tied ? "tied" : "another enforcement"));
+}
+
+void refuse_what_acts(const SceneIndex& index) {
+  const Scene& scene = index.scene();
+  for (const ContactOptions& contact : scene.contact) refuse_contact(index, contact);
+  for (const Load& load : scene.loads)
+    if (load.kind != Load::Kind::gravity && turns(index, scene.instances[index.place(load.instance)]))
+      refuse(load.source, "instance '" + load.instance + "', which turns (time.rotations: large), takes no load but gravity");
   for (const Instance& instance : scene.instances)
-    if (instance.as == InstanceKind::mesh) refuse(instance, "time.rotations: large turns superelements only, found as: mesh");
+    if (turns(index, instance) && !component_of(scene, instance).points.empty())
+      refuse(instance, "time.rotations: large does not turn components with points");
+}
+
+}  // namespace
+
+bool turns(const SceneIndex& index, const Instance& instance) {
+  return index.scene().time->rotations == Rotations::large && instance.as == InstanceKind::superelement && !index.is_held(instance);
+}
+
+void refuse_what_does_not_turn(const SceneIndex& index) {
+  const Scene& scene = index.scene();
+  if (scene.time->rotations == Rotations::small) {
+    for (const Instance& instance : scene.instances) refuse_spin(instance, "time: {rotations: large}");
+    return;
+  }
+  refuse_ways(scene);
+  for (const Instance& instance : scene.instances)
+    if (!turns(index, instance)) refuse_spin(instance, "a superelement without supports: as: mesh and held ones do not turn");
+  refuse_what_acts(index);
 }
 
 void require_turning(const SceneIndex& index, const Instance& instance, const ReducedComponent& component) {
   if (component.parts.size() != 1) refuse(instance, "time.rotations: large does not turn superelements of several domains");
-  if (component.statics)
-    refuse(instance, "time.rotations: large does not turn superelements of basis massless, or of few shapes with statics");
-  if (coordinates_of_reduced(index, instance, component, component.form != nullptr) != Coordinates::modal)
+  if (!component.statics &&
+      coordinates_of_reduced(index, instance, component, component.form != nullptr) != Coordinates::modal)
     refuse(instance, "time.rotations: large needs a superelement with its diagonal form");
-  if (component.form->n_rigid != 6)
-    refuse(instance, "time.rotations: large turns free bodies of one part only, found " + std::to_string(component.form->n_rigid) +
+  const Index n_rigid = component.statics ? component.statics->modal.n_rigid : component.form->n_rigid;
+  if (n_rigid != 6)
+    refuse(instance, "time.rotations: large turns free bodies of one part only, found " + std::to_string(n_rigid) +
                          " rigid motions where 6 are allowed");
+}
+
+std::string note_of_what_stays(const SceneIndex& index) {
+  const Scene& scene = index.scene();
+  std::string names;
+  if (scene.time->rotations == Rotations::small) return names;
+  for (const Instance& instance : scene.instances)
+    if (!turns(index, instance)) names += (names.empty() ? "" : ", ") + instance.name;
+  return names.empty() ? names : "rotations: large turns superelements without supports; linear as ever: " + names;
 }
 
 }  // namespace cbr

@@ -1,14 +1,21 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which scenes and instances can turn by large angles (time.rotations: large).
+// Which scenes and instances turn by large angles (time.rotations: large).
 #pragma once
+
+#include <string>
+#include <vector>
 
 #include "dynamics/setup/component_model.hpp"
 
 namespace cbr {
 
-// InputError, one line that names what does not turn: before any file is read; of an instance and what it is made of.
+// Whether an instance turns by any angle: with `large` superelements that nothing holds. All others are linear.
+bool turns(const SceneIndex& index, const Instance& instance);
+// InputError, one line that names what does not turn: before any file is read; of an instance that turns, and what it is made of.
 // `rotations: small` refuses angular velocities alone.
-void refuse_what_does_not_turn(const Scene& scene);
+void refuse_what_does_not_turn(const SceneIndex& index);
 void require_turning(const SceneIndex& index, const Instance& instance, const ReducedComponent& component);
+// With `large`, one line that names those that stay linear; empty: all turn.
+std::string note_of_what_stays(const SceneIndex& index);
 
 }  // namespace cbr

@@ -231,14 +231,15 @@ TEST(Turning, WhatDoesNotTurnIsRefusedByName) {
   };
   expect(scene("{end: 1}", "angular_velocity: [0, 0, 1]"), "'b': angular_velocity needs time: {rotations: large}");
   expect(scene("{end: 1, rotations: big}", "as: mesh"), "rotations");
-  expect(scene(plain, "as: mesh"), "instance 'b': time.rotations: large turns superelements only");
+  expect(scene(plain, "as: mesh, angular_velocity: [0, 0, 1]"), "'b': angular_velocity needs a superelement without supports");
   expect(scene("{end: 1, integrator: newmark, rotations: large}", "as: superelement"), "integrator: exact only");
   expect(scene("{end: 1, mass_scaling: true, rotations: large}", "as: superelement"), "mass_scaling");
-  expect(scene(plain, "as: superelement", "boundary: [{instance: b, nodes: x_min, fix: x}]\n"), "free bodies only");
+  expect(scene(plain, "angular_velocity: [0, 0, 1]", "boundary: [{instance: b, nodes: x_min, fix: x}]\n"),
+         "'b': angular_velocity needs a superelement without supports");
   expect(scene(plain, "as: superelement", "loads: [{instance: b, surface: x_max, force: [1, 0, 0]}]\n"), "gravity");
   expect(scene(plain, "as: superelement",
-               "walls: {w: {plane: {point: [-1, 0, 0], normal: [1, 0, 0]}}}\ncontact: [{between: [b.x_min, w]}]\n"),
-         "contact does not go with time.rotations: large");
+               "walls: {w: {plane: {point: [-1, 0, 0], normal: [1, 0, 0]}}}\ncontact: [{between: [b.x_min, w], enforcement: penalty}]\n"),
+         "contact of instance 'b', which turns (time.rotations: large), is enforcement: impulse");
   expect(scene(plain, "as: superelement", "", ", fields: [stress]"), "output.fields does not go with time.rotations: large");
 }
 

@@ -26,7 +26,7 @@ std::string yaml(const ContactScene& scene, const Change& change) {
                  ", density: " + text(b.density * change.mass / std::pow(change.length, 3)) + "}\n";
     components += "  c_" + b.name + ": {mesh: " + b.name + ".exo, material: m_" + b.name;
     if (!b.full) {
-      components += ", reduction: {basis: craig-bampton, modes: " + std::to_string(b.modes) + ", interface: [";
+      components += ", reduction: {basis: " + b.basis + ", modes: " + std::to_string(b.modes) + ", interface: [";
       for (const auto& set : b.interface_sets) components += set + (&set == &b.interface_sets.back() ? "]}" : ", ");
     }
     components += "}\n  ";
@@ -35,6 +35,7 @@ std::string yaml(const ContactScene& scene, const Change& change) {
     if (!scene.in_place)
       instances += ", position: " + text(change.point(b.position)) + ", rotation: " + text(degrees(change.S * b.rotation * M)) +
                    (mirrored ? ", mirror: x" : "");
+    if (!b.angular_velocity.isZero()) instances += ", angular_velocity: " + text(change.spin(b.angular_velocity));
     instances += "}\n";
     components.resize(components.size() - 2);
   }
@@ -50,7 +51,7 @@ std::string yaml(const ContactScene& scene, const Change& change) {
     loads = "loads: [{gravity: " + text(Vector3(change.S * scene.gravity * change.speed() / change.time)) + "}]\n";
   const double h = change.time * scene.step * (1 + 1e-10);
   return materials + components + instances + walls + contact + loads + "time: {end: " + text(change.time * scene.end) +
-         ", step: " + text(h) + ", integrator: " + scene.integrator + "}\noutput: {every: " + text(change.time * scene.every) +
+         ", step: " + text(h) + ", integrator: " + scene.integrator + (scene.large_rotations ? ", rotations: large" : "") + "}\noutput: {every: " + text(change.time * scene.every) +
          ", history: [" + history + "]}\n";
 }
 

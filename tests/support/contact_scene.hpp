@@ -14,6 +14,7 @@ struct Change {
   Matrix3 S = Matrix3::Identity();
   Vector3 shift = Vector3::Zero(), boost = Vector3::Zero();
   double length = 1, mass = 1, time = 1;
+  Vector3 spin(const Vector3& w) const { return S.determinant() * (S * w) / time; }
   double speed() const { return length / time; }
   double force() const { return mass * length / (time * time); }
   double energy() const { return force() * length; }
@@ -29,8 +30,10 @@ struct BodyPart {
   double youngs_modulus = 100, poissons_ratio = 0.3, density = 1;
   std::vector<std::string> interface_sets{"x_min", "x_max"};
   Index modes = 12;
+  std::string basis = "craig-bampton";
   Matrix3 rotation = Matrix3::Identity();
   Vector3 position = Vector3::Zero(), velocity = Vector3::Zero();
+  Vector3 angular_velocity = Vector3::Zero();  // of scenes with large rotations
 };
 
 struct ContactScene {
@@ -46,6 +49,7 @@ struct ContactScene {
   Vector3 gravity = Vector3::Zero();
   double end = 1, every = 0.1, step = 0.01;
   std::string integrator = "exact";
+  bool large_rotations = false;
   int threads = 1;
   bool in_place = false;  // meshes are moved to where their instances are
 };

@@ -212,6 +212,11 @@ bool stays_apart(const ContactList& list, const std::vector<PointLaw>& laws) {
   return true;
 }
 
+// A body that turns has a new response in each step.
+bool any_turns(const ContactList& list, const std::vector<ContactBody>& bodies) {
+  return std::any_of(list.terms.begin(), list.terms.end(), [&](const ContactTerm& term) { return bodies[term.body].turn.has_value(); });
+}
+
 }  // namespace
 
 EnforcementResult enforce_impulse(const ContactList& list, const std::vector<PointLaw>& laws, const Points& guess, double h,
@@ -222,7 +227,7 @@ EnforcementResult enforce_impulse(const ContactList& list, const std::vector<Poi
   }
   ImpulseStep step{list, laws, pack(gaps(list), laws), pack(guess, laws), {}, {}, 0, false, false};
   const bool stands = memory.solver && memory.h == h;
-  if (stands && same_laws(laws, memory.laws) && same_rows(list, memory.rows, laws, same_row_tolerance)) {
+  if (stands && !any_turns(list, bodies) && same_laws(laws, memory.laws) && same_rows(list, memory.rows, laws, same_row_tolerance)) {
     if (!solve_by_moves(step, bodies, memory)) solve_exactly(step, memory);
   } else if (!stands || !keep(step, bodies, memory) || !correct(step, bodies, memory)) {
     form(step, h, bodies, memory);

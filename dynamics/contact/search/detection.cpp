@@ -157,7 +157,7 @@ void add_point(const Step& step, const SlaveNode& node, const FaceHit& hit, doub
   point.frame = contact_frame(hit.end.normal);
   point.gap[0] = hit.end_gap + node.lift - offset;
   point.start_gap = hit.start_gap + node.lift - offset;
-  point.area = facing_area(step.slave, node.slot, point.normal());
+  point.area = facing_area(step.slave, node.slot, step.slave_body, point.normal());
   point.slot = node.slot, point.face = hit.face;
   point.first_term = static_cast<Index>(list.terms.size());
   list.terms.push_back({step.slave.body, step.slave.nodes[node.slot], 1});

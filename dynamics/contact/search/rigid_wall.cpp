@@ -171,7 +171,7 @@ void detect_wall(const ContactSurface& slave, const ContactBody& slave_body, con
     point.frame = contact_frame(normal);
     point.gap[0] = end - memory.offset[slot];
     point.start_gap = start - memory.offset[slot];
-    point.area = facing_area(slave, slot, point.normal());
+    point.area = facing_area(slave, slot, slave_body, point.normal());
     point.slot = slot;
     point.first_term = static_cast<Index>(list.terms.size()), point.n_terms = 1;
     list.terms.push_back({slave.body, slave.nodes[slot], 1});

@@ -36,9 +36,9 @@ double facing_area(double area, const Vector3& area_vector, const Vector3& norma
   return std::max(-area_vector.dot(normal), least_share * area);
 }
 
-double facing_area(const ContactSurface& surface, Index slot, const Vector3& normal) {
+double facing_area(const ContactSurface& surface, Index slot, const ContactBody& body, const Vector3& normal) {
   if (surface.area_vectors.rows() == 0) return surface.areas[slot];
-  return facing_area(surface.areas[slot], surface.area_vectors.row(slot), normal);
+  return facing_area(surface.areas[slot], surface.area_vectors.row(slot), body.turn ? body.turn->transpose() * normal : normal);
 }
 
 double bend(const ContactSurface& surface) {

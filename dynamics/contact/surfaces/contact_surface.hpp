@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cmath>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,10 @@ struct ContactBody {
   bool has_move = false;
   NodeResponse response;  // for the step length response_h
   double response_h = 0;
+  // Of a body that turns: by what it has turned in this step since the start. Its response turns with it.
+  std::optional<Matrix3> turn;
+  // Of a body that turns: moments of this step beside those of the impulses, and of friction
+  Vector3 moment = Vector3::Zero(), friction_moment = Vector3::Zero();
   NodeResponse velocity_response;  // under newmark: of the velocities at the end of a step, once asked for
   // What all nodes sweep in this step and the longest way of one, see sweep(); not filled: anywhere.
   Box swept{Vector3::Constant(-HUGE_VAL), Vector3::Constant(HUGE_VAL)};
@@ -47,7 +52,7 @@ struct ContactSurface {
   Vector sizes;     // f, sqrt of the undeformed area: the face's length scale
   double size = 0;  // their mean
   Vector3 extent =
-      Vector3::Zero();  // of the box around a face, along each of the scene's axes, the largest of all faces, undeformed
+      Vector3::Zero();  // of the box around a face, along each of the scene's axes, the largest of all faces, undeformed; of a body that turns: in any position
   Vector areas;         // of `nodes`: their share of the undeformed area, a face's shared by its corners
   // likewise, outward, scene axes: shorter than `areas` where the surface bends at the node
   Points area_vectors;
@@ -77,7 +82,8 @@ inline bool is_quadratic(const ContactSurface& surface, Index face) {
 // Of a node's share of area, what faces a master whose outward normal is given: on an edge, the faces beside it do not count. At
 // least a share of all of it, for a corner that slides along.
 double facing_area(double area, const Vector3& area_vector, const Vector3& normal);
-double facing_area(const ContactSurface& surface, Index slot, const Vector3& normal);  // without area_vectors: all of it
+// `body` tells how the surface has turned; without area_vectors: all of it.
+double facing_area(const ContactSurface& surface, Index slot, const ContactBody& body, const Vector3& normal);
 
 // How much the surface bends from face to face: 1 - |area vector| / area at its nodes, their median; 0: flat, beta^2 / 8 for faces
 // that meet at an angle of beta. Without area_vectors: 0.

@@ -139,9 +139,18 @@ void SuperelementBody::predict(double t, double h) {
   }
 }
 
-void SuperelementBody::add_impulses(Index set, const Points& impulses, ImpulseKind kind) {
+// f_: what impulses on the set's nodes do to the modal velocities.
+void SuperelementBody::take_kick(Index set, const Points& impulses) {
   sets_[set].rows->kick(impulses, placement_.T, local_, f_);
   if (gain_.size() > 0) f_.array() *= gain_.array();
+  if (!carried_) return;
+  const auto E = form_->E.topLeftCorner(form_->n_rigid, 3);
+  const Vector3 momentum = placement_.T.transpose() * (*carried_ * impulses.colwise().sum().transpose());
+  f_.head(form_->n_rigid).noalias() = E * (momentum / E.col(0).squaredNorm());
+}
+
+void SuperelementBody::add_impulses(Index set, const Points& impulses, ImpulseKind kind) {
+  take_kick(set, impulses);
   if (!kicked_) kick_.setZero();
   kick_ += f_;
   kicked_ = true;
@@ -169,8 +178,7 @@ void SuperelementBody::add_impulses(Index set, const Points& impulses, ImpulseKi
 void SuperelementBody::add_late(Index set, const Points& impulses, ImpulseKind kind) {
   if (late_kick_.size() == 0)
     for (Vector* kick : {&late_kick_, &late_friction_, &late_end_kick_, &late_end_friction_}) kick->setZero(eta_.size());
-  sets_[set].rows->kick(impulses, placement_.T, local_, f_);
-  if (gain_.size() > 0) f_.array() *= gain_.array();
+  take_kick(set, impulses);
   late_end_kick_ += f_;
   if (kind == ImpulseKind::friction) late_end_friction_ += f_;
   v_end_ += f_;

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -75,7 +76,12 @@ class SuperelementBody final : public Body {
   void start_late_motion(double h);
   ResponseOf static_response_of(double hold, Vector& weight) const;  // as response_of()
   double mass() const { return superelement_->rigid_body.mass; }
-  Vector3 predicted_center_of_mass() const;  // as predicted_positions()
+  Vector3 center_of_mass() const { return center_at(eta_); }
+  Vector3 predicted_center_of_mass() const { return center_at(eta_end_); }  // as predicted_positions()
+  Vector3 center_velocity() const;
+  // From here on another carries the rotation of this free body, which stays as it is: impulses come in axes that R turns into the
+  // scene's, and their sum moves the centre of mass in the scene's axes.
+  void carry(const Matrix3& R) { carried_ = R; }
   const Vector& modal_coordinates() const { return eta_; }
   // What a harmonic response and mode shapes are made of.
   const DiagonalForm& form() const { return *form_; }
@@ -125,6 +131,8 @@ class SuperelementBody final : public Body {
   void load_amplitudes(double t, Vector& f) const;
   void propagate(const Vector& eta, const Vector& v, Vector& eta_end, Vector& v_end, double* external_work);
   void add_late(Index set, const Points& impulses, ImpulseKind kind);
+  void take_kick(Index set, const Points& impulses);
+  Vector3 center_at(const Vector& eta) const;
   double flow_energy(const Vector& eta, const Vector& v) const;
   std::shared_ptr<const ModalPropagator> make_propagator(double h) const;
   double static_pull() const;
@@ -176,6 +184,7 @@ class SuperelementBody final : public Body {
   Vector late_kick_, late_friction_, late_end_kick_, late_end_friction_;
   Vector f_, f0_, f1_, work_eta_, work_v_;
   Points local_;          // impulses in component axes
+  std::optional<Matrix3> carried_;  // see carry()
   mutable Vector rates_;  // central differences: eta' at the time of eta
   double t_ = 0, h_ = 0, last_h_ = 0;
   mutable std::shared_ptr<const ModalPropagator> regular_, other_;  // of the last two step lengths

@@ -176,11 +176,15 @@ const Vector& SuperelementBody::present_rates() const {
   return rates_;
 }
 
-Vector3 SuperelementBody::predicted_center_of_mass() const {
-  // E^T eta: mass times displacement of the centre of mass
+// E^T eta: mass times displacement of the centre of mass
+Vector3 SuperelementBody::center_at(const Vector& eta) const {
   const RigidBody& rigid = superelement_->rigid_body;
-  const Vector3 moment = form_->E.leftCols(3).transpose() * eta_end_;
+  const Vector3 moment = form_->E.leftCols(3).transpose() * eta;
   return placement_.T * (rigid.center + moment / rigid.mass) + placement_.position;
+}
+
+Vector3 SuperelementBody::center_velocity() const {
+  return placement_.T * Vector3(form_->E.leftCols(3).transpose() * present_rates() / superelement_->rigid_body.mass);
 }
 
 BodyState SuperelementBody::state() const {

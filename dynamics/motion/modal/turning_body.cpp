@@ -4,113 +4,216 @@
 #include <cassert>
 #include <utility>
 
+#include "common/base/error.hpp"
 #include "common/files/state_archive.hpp"
 
 namespace cbr {
+namespace {
 
-TurningBody::TurningBody(std::string name, std::shared_ptr<const Superelement> superelement,
-                         std::shared_ptr<const DiagonalForm> form, const Placement& placement, const Vector3& angular_velocity)
-    : inner_(std::move(name), superelement, std::move(form), placement, Scheme::exact),
-      free_(placement.T * superelement->rigid_body.inertia * placement.T.transpose()),
-      L_(free_.J * angular_velocity) {}
+// Of the reduced mass about the centre of mass, scene axes.
+Matrix3 inertia_of(const SuperelementBody& modal) {
+  const auto E = modal.form().E.rightCols(3);
+  return modal.axes() * (E.transpose() * E) * modal.axes().transpose();
+}
 
 // Rows of x: c + R (x - c). A body without spin keeps its bits.
-void TurningBody::turn_about(const Vector3& centre, const Eigen::Quaterniond& q, Points& x) const {
+void turn_about(const Vector3& c, const Eigen::Quaterniond& q, Points& x) {
   if (q.vec().isZero(0)) return;
   const Matrix3 R = q.toRotationMatrix();
-  for (Index i = 0; i < x.rows(); ++i) x.row(i) = (centre + R * (x.row(i).transpose() - centre)).transpose();
+  for (Index i = 0; i < x.rows(); ++i) x.row(i) = (c + R * (x.row(i).transpose() - c)).transpose();
+}
+
+Vector3 moment_about(const Vector3& c, const Points& x, const Points& impulses) {
+  Vector3 sum = Vector3::Zero();
+  for (Index i = 0; i < x.rows(); ++i) sum += (x.row(i).transpose() - c).cross(Vector3(impulses.row(i).transpose()));
+  return sum;
+}
+
+}  // namespace
+
+TurningBody::TurningBody(std::unique_ptr<Body> inner, SuperelementBody& modal, bool late, const Vector3& angular_velocity)
+    : inner_(std::move(inner)), modal_(modal), late_(late), free_(inertia_of(modal)), L_(free_.J * angular_velocity) {
+  assert(modal_.form().n_rigid == 6 && modal_.is_exact());
+  modal_.carry(R_);
+}
+
+void TurningBody::damp(const Damping& damping) {
+  if (damping.material.alpha != 0)
+    throw InputError("instance '" + name() +
+                     "': damping alpha, which brakes rigid motions, does not go with time.rotations: large: take beta, loss_factor "
+                     "or ratios of modes");
+  inner_->damp(damping);
+}
+
+Index TurningBody::track(const std::vector<Index>& nodes) {
+  acted_.emplace_back();
+  return inner_->track(nodes);
 }
 
 void TurningBody::positions(Index set, Points& x) const {
-  inner_.positions(set, x);
-  turn_about(inner_.state().center_of_mass, q_, x);
+  inner_->positions(set, x);
+  turn_about(modal_.center_of_mass(), q_, x);
+  if (!late_) acted_[set] = {x, true};
 }
 
 void TurningBody::predicted_positions(Index set, Points& x) const {
-  inner_.predicted_positions(set, x);
-  turn_about(inner_.predicted_center_of_mass(), q_end_, x);
+  inner_->predicted_positions(set, x);
+  turn_about(modal_.predicted_center_of_mass(), end(), x);
+  if (late_) acted_[set] = {x, true};
 }
 
-// No turn takes a node farther from where it is without turn than twice its distance from the centre of mass.
-MotionBound TurningBody::motion_bound(Index set) const {
-  Points x;
-  inner_.positions(set, x);
-  const Vector3 centre = inner_.state().center_of_mass;
-  const double radius = (x.rowwise() - centre.transpose()).rowwise().norm().maxCoeff();
-  MotionBound bound = inner_.motion_bound(set);
-  bound.lower.array() -= 2 * radius;
-  bound.upper.array() += 2 * radius;
+const Eigen::Quaterniond& TurningBody::end() const {
+  if (!ends_there_) q_end_ = free_.turned(q_, late_ ? L_ : Vector3(L_ + kick_.all), h_);
+  ends_there_ = true;
+  return q_end_;
+}
+
+// Nodes stay within a ball about the centre of mass, however the body turns.
+MotionBound TurningBody::in_any_position(MotionBound bound) const {
+  const Vector3 c = modal_.center_of_mass();
+  const double radius = (c - bound.lower).cwiseAbs().cwiseMax((bound.upper - c).cwiseAbs()).norm();
+  bound.lower = c.array() - radius;
+  bound.upper = c.array() + radius;
+  bound.growth.setConstant(bound.growth.norm());
   return bound;
 }
 
 void TurningBody::mean_motion(Index set, Vector3& position, Vector3& velocity) const {
-  inner_.mean_motion(set, position, velocity);
-  const BodyState inner = inner_.state();
-  const Vector3 v_c = inner.momentum / inner_.mass();
-  const Vector3 arm = q_ * (position - inner.center_of_mass);
-  position = inner.center_of_mass + arm;
+  inner_->mean_motion(set, position, velocity);
+  const Vector3 c = modal_.center_of_mass(), v_c = modal_.center_velocity();
+  const Vector3 arm = q_ * (position - c);
+  position = c + arm;
   velocity = v_c + free_.angular_velocity(q_, L_).cross(arm) + q_ * (velocity - v_c);
 }
 
+// Impulses come in the axes of the middle of the step: so the inner body's symmetric answer is that of the turned one to second
+// order in the angle of a step.
+void TurningBody::take_axes() {
+  Eigen::Quaterniond middle;
+  middle.coeffs() = q_.coeffs() + q_end_.coeffs();  // of parts of a turn; opposite signs cannot be
+  if (middle.coeffs().isZero(1e-3)) middle = q_;
+  R_ = q_.vec().isZero(0) && q_end_.vec().isZero(0) ? Matrix3::Identity() : middle.normalized().toRotationMatrix();
+  modal_.carry(R_);
+}
+
 void TurningBody::predict(double t, double h) {
-  inner_.predict(t, h);
+  inner_->predict(t, h);
+  h_ = h;
+  kick_ = {};
   q_end_ = free_.turned(q_, L_, h);
+  ends_there_ = true;
+  take_axes();
+}
+
+void TurningBody::add_moment(const Vector3& moment, ImpulseKind kind) {
+  kick_.all += moment;
+  if (kind == ImpulseKind::friction) kick_.friction += moment;
+  ends_there_ = late_;
+}
+
+void TurningBody::add_moments(Index set, const Points& impulses, ImpulseKind kind) {
+  Points x;
+  if (!acted_[set].known && late_) predicted_positions(set, x);
+  if (!acted_[set].known && !late_) positions(set, x);
+  const Vector3 c = late_ ? modal_.predicted_center_of_mass() : modal_.center_of_mass();
+  add_moment(moment_about(c, acted_[set].x, impulses), kind);
+}
+
+void TurningBody::add_impulses(Index set, const Points& impulses, ImpulseKind kind) {
+  add_moments(set, impulses, kind);
+  inner_->add_impulses(set, impulses * R_, kind);
+}
+
+void TurningBody::add_answered_impulses(Index set, const Points& contact, const Points& friction, const Points& move,
+                                        const Vector& still) {
+  add_moments(set, contact, ImpulseKind::contact);
+  if (!friction.isZero(0)) add_moments(set, friction, ImpulseKind::friction);
+  inner_->add_answered_impulses(set, contact * R_, friction * R_, move, still);
+}
+
+// What moments do to a spin that goes from w to w + J^-1 M as `share_of_kick` of J^-1 M is there.
+void TurningBody::book(const Moments& moments, const Vector3& w, const Vector3& share_of_kick) {
+  const double friction = moments.friction.dot(w + share_of_kick);
+  work_.contact += moments.all.dot(w + share_of_kick) - friction;
+  work_.friction += friction;
 }
 
 void TurningBody::accept() {
-  inner_.accept();
-  q_ = q_end_;
+  const Vector3 w = free_.angular_velocity(q_, L_);
+  if (late_) {
+    // From the middle of the kick at the start to that of the kick at the end
+    const Moments half{0.5 * last_kick_.all, 0.5 * last_kick_.friction};
+    book(half, w, -0.25 * free_.angular_velocity(q_, last_kick_.all));
+    q_ = end();
+    const Moments next{0.5 * kick_.all, 0.5 * kick_.friction};
+    book(next, free_.angular_velocity(q_, L_), 0.25 * free_.angular_velocity(q_, kick_.all));
+    last_kick_ = kick_;
+  } else {
+    book(kick_, w, 0.5 * free_.angular_velocity(q_, kick_.all));
+    q_ = end();
+  }
+  L_ += kick_.all;
+  kick_ = {};
+  for (Acted& of : acted_) of.known = false;
+  inner_->accept();
 }
 
-void TurningBody::add_impulses(Index, const Points&, ImpulseKind) { assert(false); }
+NodeResponse TurningBody::response(Index set, double h) const {
+  NodeResponse response = inner_->response(set, h);
+  response.axes = R_ * response.axes;
+  return response;
+}
 
 Vector3 TurningBody::add_velocities(Index, const Points&, const Vector3&) {
-  assert(false);
+  assert(false && "nodal enforcement does not go with rotations: large");
   return Vector3::Zero();
 }
 
-NodeResponse TurningBody::response(Index, double) const {
-  assert(false);
-  return {};
-}
-
 Points TurningBody::nodal_masses(Index) const {
-  assert(false);
+  assert(false && "nodal enforcement does not go with rotations: large");
   return {};
 }
 
-void TurningBody::add_force(const Points&, const LoadHistory&) { assert(false); }
+void TurningBody::add_force(const Points&, const LoadHistory&) { assert(false && "no loads but gravity"); }
 
+// Energy in the middle of a late kick, momentum at its end, as of the inner body.
 BodyState TurningBody::state() const {
-  BodyState state = inner_.state();
+  BodyState state = inner_->state();
+  const Vector3 half = 0.5 * last_kick_.all, l = L_ - half;
   state.angular_momentum = L_ + state.center_of_mass.cross(state.momentum);
-  state.kinetic_energy += 0.5 * L_.dot(free_.angular_velocity(q_, L_));
+  state.kinetic_energy += 0.5 * l.dot(free_.angular_velocity(q_, l));
   state.rotation = 0;
   state.orientation = Eigen::Vector4d(q_.w(), q_.x(), q_.y(), q_.z());
   return state;
 }
 
+BodyWork TurningBody::work() const {
+  BodyWork work = inner_->work();
+  work.contact += work_.contact;
+  work.friction += work_.friction;
+  return work;
+}
+
 // X: n x 3, scene axes, undeformed; u, v: as they would be without the turn, and then as they are.
 void TurningBody::turn(const Points& X, Points& u, Points& v) const {
-  const BodyState inner = inner_.state();
-  const Vector3 v_c = inner.momentum / inner_.mass(), w = free_.angular_velocity(q_, L_);
+  const Vector3 c = modal_.center_of_mass(), v_c = modal_.center_velocity(), w = free_.angular_velocity(q_, L_);
   const Matrix3 R = q_.toRotationMatrix();
   for (Index i = 0; i < X.rows(); ++i) {
-    const Vector3 arm = R * (X.row(i) + u.row(i) - inner.center_of_mass.transpose()).transpose();
+    const Vector3 arm = R * (X.row(i) + u.row(i) - c.transpose()).transpose();
     const Vector3 rate = R * (v.row(i).transpose() - v_c);
-    u.row(i) = (inner.center_of_mass + arm).transpose() - X.row(i);
+    u.row(i) = (c + arm).transpose() - X.row(i);
     v.row(i) = (v_c + w.cross(arm) + rate).transpose();
   }
 }
 
 void TurningBody::displacements(Points& u, Points& v) const {
-  inner_.displacements(u, v);
+  inner_->displacements(u, v);
   turn(reference_positions(), u, v);
 }
 
 void TurningBody::keep_state(StateArchive& archive) {
-  inner_.keep_state(archive);
-  archive(q_.coeffs(), L_);
+  inner_->keep_state(archive);
+  archive(q_.coeffs(), L_, R_, last_kick_.all, last_kick_.friction, work_);
 }
 
 }  // namespace cbr

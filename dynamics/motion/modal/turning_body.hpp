@@ -11,55 +11,88 @@
 
 namespace cbr {
 
-// x = c + R (X + u - c_0), docs/theory.md, "Bodies that turn". The superelement's body gives the centre of mass c and what is
-// measured from it without the turn, X + u - c_0; its own rigid rotation stays 0, since nothing turns it. R comes from the angular
-// momentum, which stays. Elastic coordinates do not feel the spin.
-// Answers no impulses and takes no load but gravity: whoever builds it sees to that.
+// x = c + R (X + u - c_0), docs/theory.md, "Bodies that turn". The inner body gives the centre of mass c and what is measured from
+// it without the turn, X + u - c_0. It gets impulses in its own axes, and never turns (SuperelementBody::carry). R comes from the
+// angular momentum L about c, which impulses change by their moments about c, with the arms of the deformed body.
+// Takes no load but gravity, and no add_velocities(): whoever builds it sees to that.
 class TurningBody final : public Body {
  public:
-  // As of SuperelementBody. Precondition: form->n_rigid == 6. angular_velocity: rad/s, scene axes, at the start.
-  TurningBody(std::string name, std::shared_ptr<const Superelement> superelement, std::shared_ptr<const DiagonalForm> form,
-              const Placement& placement, const Vector3& angular_velocity);
+  // inner: free, with Scheme::exact, before any set is tracked. modal: its modes, or itself; six of them are rigid.
+  // late: impulses of contact act at the end of a step, not at its start (StaticsBody without mass).
+  // angular_velocity: rad/s, scene axes, at the start.
+  TurningBody(std::unique_ptr<Body> inner, SuperelementBody& modal, bool late, const Vector3& angular_velocity);
 
-  const std::string& name() const override { return inner_.name(); }
-  Index n_dofs() const override { return inner_.n_dofs(); }
-  double largest_frequency() const override { return inner_.largest_frequency(); }
-  Scheme scheme() const override { return inner_.scheme(); }
-  const Points& reference_positions() const override { return inner_.reference_positions(); }
+  const std::string& name() const override { return inner_->name(); }
+  Index n_dofs() const override { return inner_->n_dofs(); }
+  double largest_frequency() const override { return inner_->largest_frequency(); }
+  Scheme scheme() const override { return inner_->scheme(); }
+  double contact_share() const override { return inner_->contact_share(); }
+  void set_contact_step(double h) override { inner_->set_contact_step(h); }
+  // InputError: mass-proportional damping, which would brake the spin.
+  void damp(const Damping& damping) override;
+  const Points& reference_positions() const override { return inner_->reference_positions(); }
 
-  Index track(const std::vector<Index>& nodes) override { return inner_.track(nodes); }
+  Index track(const std::vector<Index>& nodes) override;
   void positions(Index set, Points& x) const override;
   void predicted_positions(Index set, Points& x) const override;
-  MotionBound motion_bound(Index set) const override;
-  bool at_rest() const override { return L_.isZero(0) && inner_.at_rest(); }
-  Index track_mean(const std::vector<Index>& nodes) override { return inner_.track_mean(nodes); }
+  MotionBound motion_bound(Index set) const override { return in_any_position(inner_->motion_bound(set)); }
+  MotionBound quick_motion_bound(Index set) const override { return in_any_position(inner_->quick_motion_bound(set)); }
+  bool at_rest() const override { return L_.isZero(0) && inner_->at_rest(); }
+  Index track_mean(const std::vector<Index>& nodes) override { return inner_->track_mean(nodes); }
   void mean_motion(Index set, Vector3& position, Vector3& velocity) const override;
 
   void predict(double t, double h) override;
   void accept() override;
   using Body::add_impulses;
   void add_impulses(Index set, const Points& impulses, ImpulseKind kind) override;
+  void add_answered_impulses(Index set, const Points& contact, const Points& friction, const Points& move,
+                             const Vector& still) override;
+  void add_moment(const Vector3& moment, ImpulseKind kind) override;
   Vector3 add_velocities(Index set, const Points& velocities, const Vector3& momentum) override;
+  const Matrix3* turn_of_step() const override { return &R_; }
   NodeResponse response(Index set, double h) const override;
   Points nodal_masses(Index set) const override;
   void add_force(const Points& forces, const LoadHistory& history) override;
-  void add_gravity(const Vector3& acceleration, const LoadHistory& history) override { inner_.add_gravity(acceleration, history); }
+  void add_gravity(const Vector3& acceleration, const LoadHistory& history) override { inner_->add_gravity(acceleration, history); }
 
   BodyState state() const override;
-  BodyWork work() const override { return inner_.work(); }
+  BodyWork work() const override;
   void displacements(Points& u, Points& v) const override;
   // In axes that turn with the body; turn() does the rest.
-  void coordinates(Vector& q, Vector& rates) const override { inner_.coordinates(q, rates); }
+  void coordinates(Vector& q, Vector& rates) const override { inner_->coordinates(q, rates); }
   void turn(const Points& X, Points& u, Points& v) const override;
   void keep_state(StateArchive& archive) override;
 
  private:
-  void turn_about(const Vector3& centre, const Eigen::Quaterniond& q, Points& x) const;
+  // Positions of a set at the moment at which impulses act, once asked for.
+  struct Acted {
+    Points x;
+    bool known = false;
+  };
+  // Moments of impulses, all and those of friction among them.
+  struct Moments {
+    Vector3 all = Vector3::Zero(), friction = Vector3::Zero();
+  };
+  MotionBound in_any_position(MotionBound bound) const;
+  void take_axes();
+  const Eigen::Quaterniond& end() const;
+  void add_moments(Index set, const Points& impulses, ImpulseKind kind);
+  void book(const Moments& moments, const Vector3& w, const Vector3& share_of_kick);
 
-  SuperelementBody inner_;
+  std::unique_ptr<Body> inner_;
+  SuperelementBody& modal_;
+  const bool late_;
   FreeTurn free_;
-  Eigen::Quaterniond q_ = Eigen::Quaterniond::Identity(), q_end_ = q_;
-  Vector3 L_ = Vector3::Zero();  // about the centre of mass, scene axes
+  Eigen::Quaterniond q_ = Eigen::Quaterniond::Identity();
+  mutable Eigen::Quaterniond q_end_ = q_;
+  mutable bool ends_there_ = true;   // q_end_ is that of all moments so far
+  Matrix3 R_ = Matrix3::Identity();  // in the middle of the step, without impulses of contact
+  Vector3 L_ = Vector3::Zero();      // about the centre of mass, scene axes
+  Moments kick_;                     // of the step
+  Moments last_kick_;                // late: of the last step, which L_ has
+  double h_ = 0;
+  mutable std::vector<Acted> acted_;
+  BodyWork work_;  // of the spin
 };
 
 }  // namespace cbr

@@ -1,0 +1,254 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Superelements that turn by any angle and touch. Each impulse turns a body by its moment about the moving centre of mass, so that
+// two bodies keep their angular momentum to rounding; a plane wall without friction leaves that about its normal.
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/files/state_archive.hpp"
+#include "tests/support/contact_scene.hpp"
+
+namespace cbr {
+namespace {
+
+using Eigen::AngleAxisd;
+using test::at;
+using test::BodyPart;
+using test::Change;
+using test::ContactScene;
+using test::Ran;
+
+Vector3 total(const RunResult& result, Series3 RunResult::OfBody::*series, std::size_t k) {
+  Vector3 sum = Vector3::Zero();
+  for (const auto& body : result.bodies) sum += at(body.*series, k);
+  return sum;
+}
+
+double largest_change(const RunResult& result, Series3 RunResult::OfBody::*series) {
+  double most = 0;
+  for (std::size_t k = 0; k < result.time.size(); ++k)
+    most = std::max(most, (total(result, series, k) - total(result, series, 0)).norm());
+  return most;
+}
+
+// Largest angle of a body since the start, rad.
+double largest_turn(const RunResult::OfBody& body) {
+  double most = 0;
+  for (std::size_t i = 0; 4 * i < body.orientation.size(); ++i)
+    most = std::max(most, 2 * std::acos(std::min(1.0, std::abs(body.orientation[4 * i]))));
+  return most;
+}
+
+const std::vector<std::string> all_faces{"x_min", "x_max", "y_min", "y_max", "z_min", "z_max"};
+
+// Two blocks askew, with faces that do not match; the first flies with spin into the second, which spins too. Waves go at about 10.
+ContactScene tumbling(const std::string& options, double speed, const std::string& basis = "craig-bampton") {
+  ContactScene scene;
+  const bool massless = basis == "massless";  // needs an interior that is softer than its interface
+  for (int i = 0; i < 2; ++i) {
+    BodyPart b;
+    b.name = i == 0 ? "a" : "b", b.full = false, b.basis = basis, b.modes = massless ? 8 : 3;
+    if (!massless) b.interface_sets = all_faces;
+    b.mesh = i == 0 ? test::block_mesh({{massless ? 4 : 3, 2, 2}}) : test::block_mesh({{2, 3, 2}, Vector3(1, 0.8, 0.7)});
+    b.position = i == 0 ? Vector3(0, 0, 0) : Vector3(1.3, 0.35, 0.25);
+    const Vector3 axis = i == 0 ? Vector3(1, 2, -1.5) : Vector3(0.5, -1, 2);
+    b.rotation = AngleAxisd(0.2, axis.normalized()).toRotationMatrix();
+    b.angular_velocity = speed * axis;
+    scene.bodies.push_back(b);
+  }
+  scene.bodies[0].velocity = speed * Vector3(1, 0.3, -0.2);
+  scene.pairs = {"{between: all" + options + "}"};
+  scene.history = {"a.x_max", "b.x_min"};
+  scene.large_rotations = true;
+  scene.step = massless ? 0.00125 : 0.008, scene.every = 0.04, scene.end = massless ? 0.6 : 0.8;
+  return scene;
+}
+
+// They turn by a radian and more, hit each other, and go on.
+TEST(TurningContact, TwoBodiesKeepTheirMomenta) {
+  for (const std::string basis : {"craig-bampton", "massless"}) {
+    for (const std::string options : {"", ", friction: 0.3", ", formulation: mortar", ", formulation: mortar, friction: 0.3"}) {
+      if (basis == "massless" && options != ", friction: 0.3") continue;
+      const Ran ran = run(tumbling(options, 0.8, basis));
+      const RunResult& r = ran.result;
+      const double pushed = (at(r.bodies[1].momentum, r.time.size() - 1) - at(r.bodies[1].momentum, 0)).norm();
+      const double scale = total(r, &RunResult::OfBody::angular_momentum, 0).norm();
+      const double momentum = largest_change(r, &RunResult::OfBody::momentum) / pushed;
+      const double angular = largest_change(r, &RunResult::OfBody::angular_momentum) / scale;
+      const double gained = *std::max_element(r.total.begin(), r.total.end()) / r.total[0] - 1;
+      std::printf("%-14s%-36s momentum %.0e, angular %.0e, balance %.0e, gained %.1e, left %.3f, turned %.2f %.2f\n", basis.c_str(),
+                  options.c_str(), momentum, angular, test::energy_residual(r), gained, r.total.back() / r.total[0],
+                  largest_turn(r.bodies[0]), largest_turn(r.bodies[1]));
+      EXPECT_GT(pushed, 0.1) << options;
+      EXPECT_GT(largest_turn(r.bodies[0]), 0.8) << options;
+      EXPECT_LT(momentum, 1e-12) << options;
+      EXPECT_LT(angular, basis == "massless" ? 3e-3 : 1e-12) << options;  // massless: of first order in the step
+      EXPECT_LT(test::energy_residual(r), 1e-11) << options;
+      EXPECT_LT(gained, 1e-3) << options;
+    }
+  }
+}
+
+// Placed anywhere, turned in any way or mirrored, the same happens.
+TEST(TurningContact, ARotationOfTheSceneChangesNothing) {
+  for (const std::string options : {", friction: 0.3", ", formulation: mortar, friction: 0.3"}) {
+    ContactScene scene = tumbling(options, 0.8);
+    scene.end = 0.6;
+    const Ran plain = run(scene);
+    std::vector<Change> changes(2);
+    changes[0].S = AngleAxisd(2.5, Vector3(0.3, -0.8, 0.5).normalized()).toRotationMatrix();
+    changes[0].shift = Vector3(3, -2, 1), changes[0].boost = Vector3(0.4, -0.2, 0.3);
+    changes[1].S = AngleAxisd(0.7, Vector3(0.9, 0.1, -0.5).normalized()).toRotationMatrix() * Vector3(1, -1, 1).asDiagonal();
+    for (const Change& change : changes) {
+      const double d = difference(plain, run(scene, change), change).largest();
+      std::printf("%s: %.1e\n", options.c_str(), d);
+      EXPECT_LT(d, 1e-9);
+    }
+  }
+}
+
+// Bodies that hit each other as slowly as they turn little: small and large differ by the square of the speed.
+TEST(TurningContact, SmallRotationsAreThoseOfLinearBodies) {
+  std::vector<double> speeds, differences;
+  for (const double speed : {1e-2, 1e-3, 1e-4}) {
+    ContactScene scene = tumbling(", friction: 0.3", speed);
+    for (BodyPart& b : scene.bodies) b.angular_velocity.setZero();
+    for (BodyPart& b : scene.bodies) b.rotation.setIdentity();
+    scene.bodies[1].position.x() = 1 + 0.02 * speed;
+    const Ran large = run(scene);
+    scene.large_rotations = false;
+    const Ran small = run(scene);
+    const auto last = small.result.time.size() - 1;
+    const Vector3 moved = at(large.monitor("b.x_min").mean_position, last) - at(small.monitor("b.x_min").mean_position, last);
+    speeds.push_back(speed), differences.push_back(moved.norm());
+    std::printf("speed %.0e: %.2e\n", speed, moved.norm());
+  }
+  EXPECT_GT(test::observed_order(speeds, differences), 1.9);
+}
+
+// A block of 1 x 0.8 x 0.6 that touches the plane z = 0 by a corner, falls, slides and spins.
+struct Corner {
+  Matrix3 R = AngleAxisd(0.7, Vector3(0.6, -0.7, 0.2).normalized()).toRotationMatrix();
+  Vector3 size{1, 0.8, 0.6}, at, arm;  // the instance's place; from the centre to the corner
+
+  Corner() {
+    const Vector3 centre = R * size / 2;
+    for (int i = 0; i < 8; ++i) {
+      const Vector3 x = R * Vector3(i & 1 ? size[0] : 0, i & 2 ? size[1] : 0, i & 4 ? size[2] : 0);
+      if (i == 0 || x.z() < at.z()) at = x, arm = x - centre;
+    }
+    at = Vector3(0, 0, -at.z());
+  }
+
+  std::string scene(double youngs_modulus, const std::string& contact, const std::string& time) const {
+    return "materials: {m: {youngs_modulus: " + test::text(youngs_modulus) +
+           ", poissons_ratio: 0.3, density: 1}}\ncomponents: {block: {mesh: block.exo, material: m, reduction: {interface: [x_min, "
+           "x_max], modes: 4}}}\nwalls: {floor: {plane: {point: [0, 0, 0], normal: [0, 0, 1]}}}\ninstances: {b: {component: block, "
+           "rotation: " + test::text(test::degrees(R)) + ", position: " + test::text(at) +
+           ", velocity: [1.5, 0.5, -0.5], angular_velocity: [0.5, -0.3, 1]}}\ncontact: [{between: all" + contact + "}]\ntime: " +
+           time + "\noutput: {every: 0.001, history: [b.x_min]}\n";
+  }
+};
+
+Vector3 spin_of(const RunResult::OfBody& body, std::size_t k) {
+  return at(body.angular_momentum, k) - at(body.center_of_mass, k).cross(Vector3(at(body.momentum, k)));
+}
+
+// The limit of a rigid body: one impulse P at the corner, L changes by r x P, and friction is mu times what is normal. A stiff block
+// comes closer to it as its contact lasts shorter, with 1 / sqrt(E).
+TEST(TurningContact, TheFirstBlowOfAStiffBlockIsThatOfARigidOne) {
+  const Corner corner;
+  test::SceneFolder folder;
+  folder.add("block.exo", test::block_mesh({{3, 2, 2}, corner.size}));
+  for (const double mu : {0.0, 0.3}) {
+    std::vector<double> softness, errors;
+    for (const double E : {1e4, 1e5, 1e6}) {
+      const std::string time = "{end: " + test::text(30 / std::sqrt(E)) + ", rotations: large}";
+      const Ran ran = folder.run(corner.scene(E, mu > 0 ? ", friction: 0.3" : "", time));
+      const RunResult::OfBody& body = ran.body("b");
+      const std::size_t last = ran.result.time.size() - 1;
+      const Vector3 P = at(body.momentum, last) - at(body.momentum, 0), moment = corner.arm.cross(P);
+      const Vector3 L = spin_of(body, last) - spin_of(body, 0);
+      softness.push_back(1 / std::sqrt(E)), errors.push_back((L - moment).norm() / moment.norm());
+      const double tangential = P.head<2>().norm() / P.z();
+      std::printf("mu %.1f E %.0e: L off by %.2e, friction %.4f of the normal impulse, energy %.4f\n", mu, E, errors.back(),
+                  tangential, ran.result.total.back() / ran.result.total[0]);
+      EXPECT_GT(P.z(), 0.1);
+      EXPECT_NEAR(tangential, mu, 0.02 * mu + 1e-12);
+      EXPECT_LT(test::energy_residual(ran.result), 1e-11);
+      EXPECT_EQ(ran.result.active.back(), 0);
+    }
+    EXPECT_LT(errors.back(), 0.02);
+    EXPECT_GT(test::observed_order(softness, errors), 0.8);
+  }
+}
+
+// It tumbles on until it lies on the floor's side: the floor turns it about no vertical axis without friction.
+TEST(TurningContact, AFloorWithoutFrictionLeavesTheSpinAboutItsNormal) {
+  const Corner corner;
+  test::SceneFolder folder;
+  folder.add("block.exo", test::block_mesh({{3, 2, 2}, corner.size}));
+  const Ran ran = folder.run(corner.scene(1e5, "", "{end: 1, rotations: large}") + "loads: [{gravity: [0, 0, -5]}]\n");
+  const RunResult& r = ran.result;
+  double change = 0, most = 0;
+  for (std::size_t k = 0; k < r.time.size(); ++k) {
+    change = std::max(change, std::abs((spin_of(r.bodies[0], k) - spin_of(r.bodies[0], 0)).z()));
+    // While it touches, energies at the ends of steps have what its impulses bring at the starts of the next ones
+    if (r.active[k] == 0) most = std::max(most, (r.total[k] - r.work_external[k]) / r.total[0] - 1);
+  }
+  std::printf("turned %.2f, spin about the normal off by %.0e, gained %.1e\n", largest_turn(r.bodies[0]), change, most);
+  EXPECT_GT(largest_turn(r.bodies[0]), 0.8);
+  EXPECT_LT(change, 1e-13);
+  EXPECT_LT(most, 1e-3);
+}
+
+// In contact, half of the way, from a checkpoint: the same bits.
+TEST(TurningContact, ARestartGoesOnBitForBit) {
+  const Corner corner;
+  test::SceneFolder folder;
+  folder.add("block.exo", test::block_mesh({{3, 2, 2}, corner.size}));
+  const std::string yaml = corner.scene(1e4, ", friction: 0.3", "{end: 0.1, rotations: large}");
+  std::optional<std::vector<Index>> words;
+  RunOptions keeps;
+  keeps.is_checkpoint = [&](Index, double t) { return t > 0.012 && !words; };
+  keeps.on_checkpoint = [&](Index, double, const StateArchive& state) { words = state.words(); };
+  const Ran whole = folder.run(yaml, keeps);
+  ASSERT_TRUE(words);
+  StateArchive state(*words, "test");
+  RunOptions goes_on;
+  goes_on.restart = &state;
+  const Ran rest = folder.run(yaml, goes_on);
+  EXPECT_EQ(whole.body("b").orientation, rest.body("b").orientation);
+  EXPECT_EQ(whole.result.total, rest.result.total);
+  EXPECT_EQ(whole.monitor("b.x_min").mean_position.values, rest.monitor("b.x_min").mean_position.values);
+}
+
+// What turns hits what does not: a mesh, and a superelement that is held. They stay linear, and that is said.
+TEST(TurningContact, MeshesAndHeldSuperelementsAreHit) {
+  for (const bool full : {true, false}) {
+    ContactScene scene = tumbling(", friction: 0.3", 0.8);
+    scene.bodies[1].full = full;
+    scene.bodies[1].angular_velocity.setZero();
+    test::SceneFolder folder;
+    for (const BodyPart& b : scene.bodies) folder.add(b.name + ".exo", b.mesh);
+    const std::string held = full ? "" : "boundary: [{instance: b, nodes: x_max, fix: [x, y, z]}]\n";
+    const Ran ran = folder.run(test::yaml(scene, {}) + held);
+    EXPECT_EQ(ran.body("b").orientation.size(), 0u);
+    EXPECT_GT(ran.body("a").orientation.size(), 0u);
+    EXPECT_GT((at(ran.body("a").momentum, ran.result.time.size() - 1) - at(ran.body("a").momentum, 0)).norm(), 0.1);
+    EXPECT_LT(test::energy_residual(ran.result), 1e-11);
+    EXPECT_LT(*std::max_element(ran.result.total.begin(), ran.result.total.end()), 1.001 * ran.result.total[0]);
+    ASSERT_FALSE(ran.built.notes.empty());
+    EXPECT_NE(ran.built.notes.front().find("linear as ever: b"), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace cbr
