@@ -2,13 +2,17 @@
 #include <CLI/CLI.hpp>
 
 #include "common/app/program.hpp"
+#include "common/base/machine_memory.hpp"
 #include "common/linalg/blas_kernels.hpp"
 #include "common/linalg/blas_threads.hpp"
+#include "common/linalg/huge_pages.hpp"
 #include "reducer/command.hpp"
 #include "reducer/info.hpp"
 
 int main(int argc, char** argv) {
   cbr::restart_with_better_kernels(argv);
+  cbr::keep_heap_on_huge_pages(0.5 * cbr::machine_memory_bytes());
+  cbr::one_heap_for_all_threads();
   CLI::App app("Reduces finite element components to superelements that keep the faces of their interface.", "cbr-reduce");
   app.footer(
       "examples:\n"

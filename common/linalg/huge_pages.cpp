@@ -3,12 +3,23 @@
 
 #include <malloc.h>
 #include <sys/mman.h>
+#include <sys/resource.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <cstdlib>
 
 namespace cbr {
 namespace {
+
+// Sanitizers have an allocator of their own, which would write notes of all that is reserved.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool is_sanitized = true;
+#elif defined(__has_feature)
+constexpr bool is_sanitized = __has_feature(address_sanitizer) || __has_feature(thread_sanitizer) || __has_feature(memory_sanitizer);
+#else
+constexpr bool is_sanitized = false;
+#endif
 
 // Whole pages inside the range.
 void advise(const void* start, std::size_t bytes) {
@@ -25,16 +36,29 @@ void prefer_huge_pages(const Matrix& A) {
   advise(A.data(), sizeof(double) * static_cast<std::size_t>(A.size()));
 }
 
-void keep_heap_on_huge_pages() {
+void prefer_huge_pages(const void* start, double bytes) { advise(start, static_cast<std::size_t>(bytes)); }
+
+void keep_heap_on_huge_pages(double ahead) {
+  constexpr int most_mappings = 65536, never = -1;  // the first is the C library's own default
   mallopt(M_MMAP_THRESHOLD, 1 << 28);
-  mallopt(M_TRIM_THRESHOLD, 1 << 30);
-  constexpr int ahead = 256 << 20, usual = 1 << 20;
-  mallopt(M_TOP_PAD, ahead);
-  void* const grown = std::malloc(usual);  // more than is left: the heap grows by this and by `ahead`
-  mallopt(M_TOP_PAD, usual);
+  mallopt(M_TRIM_THRESHOLD, never);
+  if (is_sanitized) return;
+  rlimit limit{};
+  if (getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY)
+    ahead = std::min(ahead, 0.1 * static_cast<double>(limit.rlim_cur));
+  const auto bytes = static_cast<std::size_t>(ahead);
+  mallopt(M_MMAP_MAX, 0);
+  void* const grown = std::malloc(bytes);
+  mallopt(M_MMAP_MAX, most_mappings);
   if (grown == nullptr) return;
-  advise(grown, ahead);
+  advise(grown, bytes);
   std::free(grown);
+}
+
+void one_heap_for_all_threads() { mallopt(M_ARENA_MAX, 1); }
+
+void return_unused_heap(double at_least) {
+  if (static_cast<double>(mallinfo2().fordblks) >= at_least) malloc_trim(0);
 }
 
 Matrix on_huge_pages(Index rows, Index columns) {

@@ -11,9 +11,16 @@ void prefer_huge_pages(const Matrix& A);
 Matrix on_huge_pages(Index rows, Index columns);  // not yet written
 Matrix zeros_on_huge_pages(Index rows, Index columns);
 
-// First in main(): freed memory stays with the program, and the next 256 MB that the heap grows by are asked for in such pages. They
-// are only reserved, and use no memory before they are written. Matrices of a step come and go: giving their pages back each time
-// costs more than the step. docs/decisions/contact-cost.md, "Pages", has what page faults cost.
-void keep_heap_on_huge_pages();
+// The same for memory of any kind; for the .cpp that has asked for it from elsewhere.
+void prefer_huge_pages(const void* start, double bytes);
+
+// First in main(): freed memory stays with the program, and the next bytes (256 MB if not given) that the heap grows by are asked
+// for in such pages. They are only reserved, and use no memory before they are written. Matrices of a step come and go: giving
+// their pages back each time costs more than the step. docs/decisions/contact-cost.md, "Pages", has what page faults cost.
+void keep_heap_on_huge_pages(double ahead = 268435456);
+// All threads allocate from that heap, which else each do from one of their own: for work whose allocations are large and few.
+void one_heap_for_all_threads();
+// Gives pages back to the system that the heap keeps and nobody uses, if they are this many bytes or more.
+void return_unused_heap(double at_least);
 
 }  // namespace cbr

@@ -10,6 +10,7 @@
 #include "common/base/error.hpp"
 #include "common/base/machine_memory.hpp"
 #include "common/fem/connected_parts.hpp"
+#include "common/linalg/huge_pages.hpp"
 #include "reducer/bases/free_shapes.hpp"
 #include "reducer/bases/reduction.hpp"
 #include "reducer/condensation/panel_memory.hpp"
@@ -27,8 +28,12 @@ constexpr double singular_pivot = 1e-14;
 
 bool has_free_modes(const ReductionOptions& options) { return options.is_massless() && options.massless_modes != "fixed"; }
 
+// Fronts, or a Lanczos basis, have left room in the heap that may be needed as one piece elsewhere.
+void return_room() { return_unused_heap(0.1 * machine_memory_bytes()); }
+
 // What the factor of K_II says of it. InputError: it is singular.
 void judge_interior(Reduction& r, const SparseCholesky& factor) {
+  return_room();
   if (r.p.n_interior() == 0) return;
   if (!factor.ok() || factor.smallest_pivot() < singular_pivot) {
     throw InputError(
@@ -91,8 +96,12 @@ void check_found(Reduction& r, const FixedInterfaceModes& modes) {
   r.figures.mode_method = modes.method;
   r.figures.modes_proven = modes.proven;
   r.figures.condition.counts = modes.counts;
-  r.figures.condition.modes = check_modes(r.p, modes.lambda, modes.Phi);
-  require_independent(r.p, modes.Phi, r.figures.condition.modes);
+  const auto check = [&](const Vector& lambda, const Matrix& Phi) {
+    r.figures.condition.modes = check_modes(r.p, lambda, Phi);
+    require_independent(r.p, Phi, r.figures.condition.modes);
+  };
+  if (modes.picked.empty()) return check(modes.lambda, modes.Phi);
+  check(modes.lambda(modes.picked), modes.Phi(Eigen::all, modes.picked));
 }
 
 FixedInterfaceModes modes_to_compute(Reduction& r, const SparseCholesky& factor) {
@@ -102,12 +111,13 @@ FixedInterfaceModes modes_to_compute(Reduction& r, const SparseCholesky& factor)
   } else if (r.options.pick != "frequency") {
     throw InputError("pick: '" + r.options.pick + "' found, frequency or participation allowed");
   }
-  const Index candidates = n_mode_candidates(r.options.pick, wanted, n_I);
+  const Index candidates = n_mode_candidates(r.options.pick, wanted, n_I), picked = candidates > wanted ? wanted : 0;
   const auto phase = r.report.phase("fixed-interface modes");
   r.report.progress("fixed-interface modes", 0);
   FixedInterfaceModes modes = has_parts(r) && candidates <= n_I ? fixed_interface_modes_by_part(parts(r), n_I, candidates, r.report)
-                                                                : fixed_interface_modes(r.p, factor, candidates, r.report);
+                                                                : fixed_interface_modes(r.p, factor, candidates, r.report, picked);
   r.report.end_progress();
+  return_room();
   if (r.options.cutoff_hz && wanted > 0) {
     const double cutoff = 2 * std::numbers::pi * *r.options.cutoff_hz;
     if (modes.lambda(wanted - 1) > cutoff * cutoff * (1 + 1e-9)) {
@@ -124,7 +134,7 @@ void keep_modes(Reduction& r, FixedInterfaceModes& modes, Condensation& condense
   r.not_kept.Phi.resize(r.p.n_interior(), 0);
   if (modes.lambda.size() > 0) r.not_kept.beyond = std::max(modes.next, modes.lambda(modes.lambda.size() - 1));
   if (r.options.pick != "participation" || modes.lambda.size() <= *r.options.modes) return;
-  const std::vector<Index> kept = modes_by_participation(condensed.M_kc, *r.options.modes);
+  const std::vector<Index> kept = modes.picked.empty() ? modes_by_participation(condensed.M_kc, *r.options.modes) : modes.picked;
   std::vector<Index> others;
   for (Index j = 0; j < modes.lambda.size(); ++j)
     if (!std::binary_search(kept.begin(), kept.end(), j)) others.push_back(j);
@@ -451,6 +461,12 @@ void check_rigid_motions(Reduction& r, const Vector3& center) {
   if (rigid.row >= 0) r.figures.condition.rigid_node = name_of_node(r.mesh, mesh_node(r, rigid.row / 3));
 }
 
+// Without the copies that Eigen 3.4 makes of a sparse matrix that is assigned.
+void take(FiniteElementModel&& made, FiniteElementModel& model) {
+  model.K.swap(made.K), model.M.swap(made.M);
+  model.nodes = std::move(made.nodes), model.row = std::move(made.row);
+}
+
 // `interface`: mesh nodes, or none: those of the options' sets.
 Superelement reduce_to(const std::vector<Index>* interface, const Mesh& mesh, const std::vector<BlockProperties>& properties,
                        MassKind mass, const ReductionOptions& options, const ReduceSettings& settings, Report& report,
@@ -459,7 +475,7 @@ Superelement reduce_to(const std::vector<Index>* interface, const Mesh& mesh, co
   Superelement s;
   {
     const auto phase = report.phase("assembly");
-    r.model = assemble(mesh, properties, mass);
+    take(assemble(mesh, properties, mass), r.model);
     std::vector<Index> kept;
     if (interface == nullptr) {
       kept = interface_nodes(mesh, r.model, options.interface_sets);
@@ -467,7 +483,7 @@ Superelement reduce_to(const std::vector<Index>* interface, const Mesh& mesh, co
       for (const Index node : *interface) kept.push_back(r.model.row[static_cast<std::size_t>(node)]);
     }
     if (!options.is_characteristic()) require_memory_for_interface(3 * static_cast<Index>(kept.size()), machine_memory_bytes());
-    r.p = partition(r.model, kept);
+    partition(r.model, kept, r.p);
     r.part = connected_parts(mesh, r.model);
     if (!settings.is_domain) tell_of_parts(mesh, r.model, r.part, report);
     r.x.resize(static_cast<Index>(r.model.nodes.size()), 3);

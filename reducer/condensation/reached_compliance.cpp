@@ -44,7 +44,10 @@ Matrix reached_compliance(const SparseCholesky& factor, const SparseMatrix& B, d
     Matrix X, out;
     for (Index i = next++; i < n_panels; i = next++) {
       const Index first = i * width, count = std::min(width, s - first);
-      X.setZero(count, n);
+      // Rows that are not reached are neither written nor read
+      if (X.rows() != count) X.resize(count, n);
+      for (const Index supernode : wanted.supernodes)
+        X.middleCols(tree.factor().first(supernode), tree.factor().columns(supernode)).setZero();
       for (Index j = 0; j < count; ++j)
         for (SparseMatrix::InnerIterator it(L, first + j); it; ++it) X(j, it.row()) = it.value();
       solver.forward(X, tree.reach(rows_of(L, first, count)));

@@ -2,8 +2,10 @@
 #include "reducer/judgement/condition.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include "common/base/error.hpp"
 #include "common/base/format_text.hpp"
@@ -84,48 +86,27 @@ void solve_mass(const Superelement& s, const Cholesky& M_res, Vector& x) {
 
 }  // namespace
 
-double inverse_norm(Index n, const std::function<void(Vector&)>& solve) {
-  if (n == 0) return 0;
-  constexpr int most_rounds = 5;
-  Vector x = Vector::Constant(n, 1.0 / static_cast<double>(n));
-  double norm = 0;
-  Index last = -1;
-  for (int round = 0; round < most_rounds; ++round) {
-    Vector y = x;
-    solve(y);
-    const double found = y.lpNorm<1>();
-    if (round > 0 && !(found > norm)) break;
-    norm = found;
-    Vector z = y.unaryExpr([](double v) { return v >= 0 ? 1.0 : -1.0; });
-    solve(z);
-    Index j = 0;
-    const double steepest = z.cwiseAbs().maxCoeff(&j);
-    if (!(steepest > z.dot(x)) || j == last) break;
-    x.setZero();
-    x(j) = 1;
-    last = j;
-  }
-  // Higham's second guess, for matrices that are made to mislead the first.
-  for (Index i = 0; i < n; ++i)
-    x(i) = (i % 2 == 0 ? 1 : -1) * (1 + static_cast<double>(i) / static_cast<double>(std::max<Index>(n - 1, 1)));
-  solve(x);
-  return std::max(norm, 2 * x.lpNorm<1>() / (3 * static_cast<double>(n)));
-}
-
+// Both numbers ask the factor at once, as it is read once for a few right-hand sides.
 ConditionNumbers condition_numbers(const SparseMatrix& A, const SparseCholesky& factor) {
-  const SingleThreadedBlas blas;  // solves of one vector: memory is the limit
+  const SingleThreadedBlas blas;  // solves of few vectors: memory is the limit
   const Index n = A.rows();
   if (n == 0) return {};
-  const Vector diagonal = A.diagonal(), D = diagonal.cwiseSqrt().cwiseInverse();
-  ConditionNumbers numbers;
-  numbers.plain = column_norm(A, Vector::Ones(n)) * inverse_norm(n, [&](Vector& x) { factor.solve(x.data(), x.data()); });
+  const Vector diagonal = A.diagonal(), D = diagonal.cwiseSqrt().cwiseInverse(), one = Vector::Ones(n);
   // (D A D)^-1 = D^-1 A^-1 D^-1
-  numbers.scaled = column_norm(A, D) * inverse_norm(n, [&](Vector& x) {
-                     x = x.cwiseQuotient(D);
-                     factor.solve(x.data(), x.data());
-                     x = x.cwiseQuotient(D);
-                   });
-  return numbers;
+  const std::array<const Vector*, 2> scale{&one, &D};
+  std::array<InverseNorm, 2> search{InverseNorm(n), InverseNorm(n)};
+  while (!search[0].is_done() || !search[1].is_done()) {
+    std::vector<std::size_t> asks;
+    for (std::size_t i = 0; i < search.size(); ++i)
+      if (!search[i].is_done()) asks.push_back(i);
+    Matrix X(n, static_cast<Index>(asks.size()));
+    for (std::size_t j = 0; j < asks.size(); ++j)
+      X.col(static_cast<Index>(j)) = search[asks[j]].asked().cwiseQuotient(*scale[asks[j]]);
+    factor.solve_in_place(X);
+    for (std::size_t j = 0; j < asks.size(); ++j)
+      search[asks[j]].answer(X.col(static_cast<Index>(j)).cwiseQuotient(*scale[asks[j]]));
+  }
+  return {column_norm(A, one) * search[0].norm(), column_norm(A, D) * search[1].norm()};
 }
 
 ConditionNumbers reduced_mass_condition(const Superelement& s) {

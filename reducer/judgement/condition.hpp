@@ -7,13 +7,11 @@
 #include "common/linalg/sparse/sparse_cholesky.hpp"
 #include "common/superelement/conditioning.hpp"
 #include "common/superelement/superelement.hpp"
+#include "reducer/judgement/inverse_norm.hpp"
 #include "reducer/partition/partition.hpp"
 
 namespace cbr {
 
-// |A^-1|_1 from below, mostly within a factor of 2, by a handful of solves (Hager 1984, doi 10.1137/0905023; Higham 1988, doi
-// 10.1145/50063.214386). solve: x <- A^-1 x (n).
-double inverse_norm(Index n, const std::function<void(Vector&)>& solve);
 ConditionNumbers condition_numbers(const SparseMatrix& A, const SparseCholesky& factor);
 
 // Of the reduced mass M^ = [I M_kc; M_kc^T M_cc]; infinite when it is not positive definite. Takes c^3 / 3 flops.

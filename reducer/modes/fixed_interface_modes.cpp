@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <memory>
 #include <numbers>
 #include <numeric>
 #include <utility>
@@ -20,6 +21,8 @@ namespace {
 
 // Two eigenvalues closer than this are one multiple eigenvalue to the inertia count.
 constexpr double relative_gap = 1e-7;
+// And so far apart they must be where eigenvectors are right in outline only (1e-4): eigenvalues to its square over their distance.
+constexpr double gap_in_outline = 1e-5;
 // Candidates for pick: participation (docs/decisions/reduction.md).
 constexpr Index least_candidates = 200, candidates_per_mode = 4;
 // Minutes of dense work and 5 GB, as a last resort.
@@ -45,15 +48,15 @@ Index inertia_below(const Partition& p, const SparseCholesky& factor, double sig
 }
 
 // The highest gap in lambda that a shift fits into: index j with lambda(j) well above lambda(j - 1); 0 when there is none.
-Index last_gap(const Vector& lambda) {
+Index last_gap(const Vector& lambda, double relative) {
   Index j = lambda.size() - 1;
-  while (j > 0 && lambda(j) - lambda(j - 1) < relative_gap * lambda(j)) --j;
+  while (j > 0 && lambda(j) - lambda(j - 1) < relative * lambda(j)) --j;
   return j;
 }
 
 // Modes that the eigensolver missed below its last one; 0 when none is. `counts`: what was counted.
-Index n_missed(const Partition& p, const SparseCholesky& factor, const Vector& lambda, std::string& counts) {
-  const Index j = last_gap(lambda);
+Index n_missed(const Partition& p, const SparseCholesky& factor, const Vector& lambda, double gap, std::string& counts) {
+  const Index j = last_gap(lambda, gap);
   const double sigma = j > 0 ? 0.5 * (lambda(j) + lambda(j - 1)) : 0.5 * lambda(0);
   const Index below = inertia_below(p, factor, sigma);
   char text[96];
@@ -70,13 +73,37 @@ FixedInterfaceModes dense_modes(const Partition& p, Index k) {
   return {std::move(pairs.lambda), std::move(pairs.Phi), pairs.method, true};
 }
 
-FixedInterfaceModes sparse_modes(const Partition& p, const SparseCholesky& factor, Index k, Report& report) {
+// M_kc of eigenvectors, by M_IC^T Phi and K_IC^T Phi above each other (2 c x k).
+Matrix coupling_seen(const Vector& lambda, const Matrix& seen) {
+  const Index c = seen.rows() / 2;
+  return (seen.topRows(c) - seen.bottomRows(c) * lambda.cwiseInverse().asDiagonal()).transpose();
+}
+
+// Of the k lowest, which are all found in outline, those with the largest participation to round-off.
+PairsWanted of_participation(const Partition& p, Index k, Index count) {
+  PairsWanted wanted;
+  if (count == 0) return wanted;
+  const auto M_CI = std::make_shared<SparseMatrix>(p.M_IC.transpose()), K_CI = std::make_shared<SparseMatrix>(p.K_IC.transpose());
+  wanted.seen = [M_CI, K_CI](const Eigen::Ref<const Matrix>& V) {
+    Matrix seen(2 * M_CI->rows(), V.cols());
+    seen << *M_CI * V, *K_CI * V;
+    return seen;
+  };
+  wanted.choose = [k, count](const Vector& lambda, const Matrix& seen) {
+    return modes_by_participation(coupling_seen(lambda.head(k), seen.leftCols(k)), count);
+  };
+  return wanted;
+}
+
+// `k` and one more. `picked`: see fixed_interface_modes.
+FixedInterfaceModes sparse_modes(const Partition& p, const SparseCholesky& factor, Index k, Index picked, Report& report) {
   const Index n = p.n_interior();
   Index ncv = 0;
   std::string counts;
-  for (int attempt = 0; attempt < 2; ++attempt) {
-    Eigenpairs pairs =
-        sparse_eigenpairs(p.K_II, p.M_II, factor, 0, k, 1e-13, ncv, [&](double share) { report.progress("modes", share); });
+  PairsWanted wanted = of_participation(p, k - 1, picked);
+  for (int attempt = wanted.choose ? 0 : 1; attempt < 3; ++attempt) {
+    Eigenpairs pairs = sparse_eigenpairs(
+        p.K_II, p.M_II, factor, 0, k, 1e-13, ncv, [&](double share) { report.progress("modes", share); }, wanted);
     if (!pairs.converged && n <= largest_dense) return dense_modes(p, k);
     if (!pairs.converged) {
       throw RunError("fixed-interface modes: " + std::to_string(pairs.n_converged) + " of " + std::to_string(k) + " converged in " +
@@ -84,11 +111,20 @@ FixedInterfaceModes sparse_modes(const Partition& p, const SparseCholesky& facto
     }
     report.end_progress();
     report.detail(pairs.method + ": " + std::to_string(pairs.iterations) + " restarts");
-    if (pairs.method != "lapack" && !count_fits(p, factor))
-      return {std::move(pairs.lambda), std::move(pairs.Phi), pairs.method, false, 0, counts};
-    if (pairs.method == "lapack" || n_missed(p, factor, pairs.lambda, counts) == 0)
-      return {std::move(pairs.lambda), std::move(pairs.Phi), pairs.method, true, 0, counts};
-    // A larger Krylov space gives the lost copy of a multiple eigenvalue the round-off to grow from.
+    FixedInterfaceModes modes{std::move(pairs.lambda), std::move(pairs.Phi), pairs.method, true};
+    modes.picked = std::move(pairs.chosen);
+    if (pairs.method != "lapack") modes.proven = count_fits(p, factor);
+    const double gap = modes.picked.empty() ? relative_gap : gap_in_outline;
+    const bool is_all = pairs.method == "lapack" || !modes.proven || n_missed(p, factor, modes.lambda, gap, counts) == 0;
+    modes.counts = counts;
+    if (is_all) return modes;
+    // First all to round-off; then a larger Krylov space, which gives the lost copy of a multiple eigenvalue the round-off to grow
+    // from.
+    if (!modes.picked.empty()) {
+      wanted = {};
+      report.detail("the inertia count found a missed mode: again, all of them to round-off");
+      continue;
+    }
     ncv = std::min(n, 3 * k + 40);
     report.detail("the inertia count found a missed mode: again with " + std::to_string(ncv) + " Lanczos vectors");
   }
@@ -132,7 +168,8 @@ bool dense_is_faster(Index n, Index k, double factor_nonzeros) {
   return n <= 200 || 2 * k > n || dense < sparse;
 }
 
-FixedInterfaceModes fixed_interface_modes(const Partition& partition, const SparseCholesky& factor, Index k, Report& report) {
+FixedInterfaceModes fixed_interface_modes(const Partition& partition, const SparseCholesky& factor, Index k, Report& report,
+                                          Index picked) {
   const Index n = partition.n_interior();
   if (k > n) {
     throw InputError("modes: " + std::to_string(k) + " requested, but the interior has only " + std::to_string(n) +
@@ -143,7 +180,7 @@ FixedInterfaceModes fixed_interface_modes(const Partition& partition, const Spar
   const Index asked = std::min(k + 1, n);  // one more tells whether the last has a twin
   FixedInterfaceModes modes = dense_is_faster(n, k, factor.n_nonzeros() + product_cost(partition.M_II))
                                   ? dense_modes(partition, asked)
-                                  : sparse_modes(partition, factor, asked, report);
+                                  : sparse_modes(partition, factor, asked, asked > k && picked < k ? picked : 0, report);
   if (asked == k) return modes;
   modes.next = modes.lambda(k);
   modes.lambda.conservativeResize(k);
@@ -167,7 +204,7 @@ FixedInterfaceModes more_modes(const Partition& partition, const SparseCholesky&
     report.detail(beyond.method + ": " + std::to_string(k - have) + " modes more, " + std::to_string(beyond.iterations) +
                   " restarts");
     all.proven = count_fits(partition, factor);
-    if (!all.proven || n_missed(partition, factor, all.lambda, all.counts) == 0) return all;
+    if (!all.proven || n_missed(partition, factor, all.lambda, relative_gap, all.counts) == 0) return all;
   }
   return fixed_interface_modes(partition, factor, k, report);
 }

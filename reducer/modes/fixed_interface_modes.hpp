@@ -23,13 +23,16 @@ struct FixedInterfaceModes {
   bool proven = false;      // by an inertia count that no mode below the last one is missing; dense ones miss none
   double next = 0;          // lambda of the next mode, which is not kept; 0: there is none, or none was computed
   std::string counts = {};  // of the inertia: "79 below 1.2e+06 Hz, 79 found"; empty: none was made
+  std::vector<Index> picked = {};  // those of the largest participation, if the others were computed in outline only
 };
 
 // What `method` to take for k of n_I modes. Measured: docs/decisions/eigen-crossover.md.
 bool dense_is_faster(Index n, Index k, double factor_nonzeros);
 
 // The k lowest. InputError when there are fewer than k; RunError when the eigensolver does not converge.
-FixedInterfaceModes fixed_interface_modes(const Partition& partition, const SparseCholesky& factor, Index k, Report& report);
+// `picked` > 0: so many of them are to be kept, by participation. The others may come with residuals of 1e-4.
+FixedInterfaceModes fixed_interface_modes(const Partition& partition, const SparseCholesky& factor, Index k, Report& report,
+                                          Index picked = 0);
 
 // The k lowest (all, where there are fewer) when some lowest ones are known already: these are not solved for again. Where the
 // dense solver is the faster one, all n_I come.

@@ -69,7 +69,9 @@ FreeFactor free_factor(const FreeComponent& model, const Partition& p, Index n_f
   const double n_ratio = static_cast<double>(model.K.rows()) / static_cast<double>(p.n_interior());
   const bool last = free_factor_cost(interior, n_ratio, p.n_interface(), n_forces).is_one_factor;
   const Springs springs(model.K, N, interface);
-  FreeFactor made{std::move(N), std::move(P), SparseCholesky(model.K, last ? interface : std::vector<Index>(), progress), {}};
+  const std::vector<Index> none;
+  FreeFactor made{std::move(N), std::move(P),
+                  SparseCholesky(model.K, last ? interface : none, progress, last ? interior.order : none), {}};
   if (last) made.interior = made.whole.leading();
   return made;
 }

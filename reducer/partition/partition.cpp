@@ -16,23 +16,28 @@ namespace {
 // Relative to the part's size. Far above round-off, far below any interface that could hold a part in practice.
 constexpr double collinear = 1e-10;
 
-// The block of A with these rows (`local`: their number in the block, -1 outside, ascending) and columns.
-SparseMatrix block(const SparseMatrix& A, const std::vector<Index>& local, Index rows, const std::vector<Index>& columns) {
-  SparseMatrix B(rows, static_cast<Index>(columns.size()));
-  Index entries = 0;
-  for (const Index j : columns) {
-    for (SparseMatrix::InnerIterator it(A, j); it; ++it) entries += local[static_cast<std::size_t>(it.row())] >= 0;
-  }
-  B.reserve(entries);
+// The block of A with these rows (`local`: their number in the block, -1 outside, ascending) and columns. Into an argument, because
+// Eigen 3.4 copies a sparse matrix that is returned and assigned.
+void take_block(const SparseMatrix& A, const std::vector<Index>& local, Index rows, const std::vector<Index>& columns,
+                SparseMatrix& B) {
+  B.resize(rows, static_cast<Index>(columns.size()));
+  Index* outer = B.outerIndexPtr();
+  outer[0] = 0;
   for (std::size_t j = 0; j < columns.size(); ++j) {
-    B.startVec(static_cast<Index>(j));
-    for (SparseMatrix::InnerIterator it(A, columns[j]); it; ++it) {
+    outer[j + 1] = outer[j];
+    for (SparseMatrix::InnerIterator it(A, columns[j]); it; ++it) outer[j + 1] += local[static_cast<std::size_t>(it.row())] >= 0;
+  }
+  B.resizeNonZeros(outer[columns.size()]);
+  Index* inner = B.innerIndexPtr();
+  double* value = B.valuePtr();
+  for (const Index j : columns) {
+    for (SparseMatrix::InnerIterator it(A, j); it; ++it) {
       const Index row = local[static_cast<std::size_t>(it.row())];
-      if (row >= 0) B.insertBack(row, static_cast<Index>(j)) = it.value();
+      if (row < 0) continue;
+      *inner++ = row;
+      *value++ = it.value();
     }
   }
-  B.finalize();
-  return B;
 }
 
 std::vector<Index> numbering(const std::vector<Index>& dofs, Index n) {
@@ -143,22 +148,27 @@ std::vector<Index> interface_nodes(const Mesh& mesh, const FiniteElementModel& m
   return nodes;
 }
 
-Partition partition(const FiniteElementModel& model, const std::vector<Index>& interface_nodes) {
-  Partition p;
+void partition(const FiniteElementModel& model, const std::vector<Index>& interface_nodes, Partition& p) {
   p.interface_nodes = interface_nodes;
+  p.interior_nodes.clear();
   std::vector<Index> all(model.nodes.size());
   std::iota(all.begin(), all.end(), Index{0});
   std::set_difference(all.begin(), all.end(), interface_nodes.begin(), interface_nodes.end(), std::back_inserter(p.interior_nodes));
   const std::vector<Index> I = dofs_of(p.interior_nodes), C = dofs_of(p.interface_nodes);
   const std::vector<Index> local_I = numbering(I, model.K.rows()), local_C = numbering(C, model.K.rows());
   const auto n_I = static_cast<Index>(I.size()), c = static_cast<Index>(C.size());
-  p.K_II = block(model.K, local_I, n_I, I);
-  p.K_IC = block(model.K, local_I, n_I, C);
-  p.K_CC = block(model.K, local_C, c, C);
-  p.M_II = block(model.M, local_I, n_I, I);
-  p.M_IC = block(model.M, local_I, n_I, C);
-  p.M_CC = block(model.M, local_C, c, C);
+  take_block(model.K, local_I, n_I, I, p.K_II);
+  take_block(model.K, local_I, n_I, C, p.K_IC);
+  take_block(model.K, local_C, c, C, p.K_CC);
+  take_block(model.M, local_I, n_I, I, p.M_II);
+  take_block(model.M, local_I, n_I, C, p.M_IC);
+  take_block(model.M, local_C, c, C, p.M_CC);
   p.lumped = is_diagonal(model.M);
+}
+
+Partition partition(const FiniteElementModel& model, const std::vector<Index>& interface_nodes) {
+  Partition p;
+  partition(model, interface_nodes, p);
   return p;
 }
 

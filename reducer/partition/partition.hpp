@@ -36,6 +36,8 @@ FiniteElementModel number_nodes(const Mesh& mesh);
 std::vector<Index> interface_nodes(const Mesh& mesh, const FiniteElementModel& model, const std::vector<std::string>& sets);
 
 Partition partition(const FiniteElementModel& model, const std::vector<Index>& interface_nodes);
+// The same into one that exists, as Eigen 3.4 would copy its matrices.
+void partition(const FiniteElementModel& model, const std::vector<Index>& interface_nodes, Partition& p);
 
 // K_II is singular where a part's interior can move as a rigid body against its interface nodes. InputError naming the part by
 // a node id, what it lacks (no interface node; fewer than three that are not on one line) and the cure.

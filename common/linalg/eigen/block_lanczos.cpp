@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <utility>
+#include <vector>
 
 #include "common/linalg/blas_threads.hpp"
 #include "common/linalg/dense.hpp"
@@ -39,6 +41,7 @@ class BlockLanczos {
         V_(n_, b_, m_ + b_) {}
 
   Eigenpairs run(double sigma) {
+    sigma_ = sigma;
     Eigenpairs pairs;
     pairs.method = "block lanczos";
     if (m_ < k_ + b_ || !start()) return pairs;
@@ -59,7 +62,8 @@ class BlockLanczos {
     if (pairs.n_converged < k_) return pairs;
     pairs.converged = true;
     // OP x = theta x, theta = 1 / (lambda - sigma): the largest theta is the lowest lambda
-    pairs.lambda = sigma + theta_.head(k_).cwiseInverse().array();
+    pairs.lambda = lambda();
+    pairs.chosen = std::move(chosen_);
     const SingleThreadedBlas blas;
     pairs.Phi = V_.combined(S_.leftCols(k_));
     return pairs;
@@ -87,6 +91,7 @@ class BlockLanczos {
   // A step takes half a digit to a whole one from the residuals, once the space holds the wanted vectors in outline.
   Index first_look() const {
     if (options_.wanted.exact > 0) return std::min(m_, whole_blocks(2 * k_ + 5 * b_));
+    if (options_.wanted.choose) return std::min(m_, whole_blocks(5 * k_ / 2 + 5 * b_));
     return std::min(m_, whole_blocks(5 * k_ / 2 + (k_ < 64 ? 12 : 24) * b_));
   }
 
@@ -160,7 +165,8 @@ class BlockLanczos {
       V_.subtract(rest, U);
       h += rest * R;
       multiply_symmetric(M_, U, P_);
-      if (!orthonormalise(U, P_, R_again)) return false;
+      // It was orthonormal but for round-off and what has just been taken away: once is enough
+      if (!orthonormalise_once(U, P_, R_again)) return false;
       last_ = R_again * R;
       H_.block(0, size_, columns, b_) = h;
       H_.block(size_, 0, b_, columns) = h.transpose();
@@ -202,13 +208,33 @@ class BlockLanczos {
     return exact ? options_.tolerance : std::max(options_.tolerance, options_.wanted.others);
   }
 
+  Vector lambda() const { return sigma_ + theta_.head(k_).cwiseInverse().array(); }
+
   // The residual of a Ritz pair is what the last block adds: R times the last rows of its vector.
-  Index n_converged() const {
+  Index n_converged() {
     const Vector residual = (last_ * S_.bottomRows(b_)).colwise().norm();
     const double round_off = std::numeric_limits<double>::epsilon() * std::max(options_.largest, std::abs(theta_(0)));
+    const auto is_within = [&](Index pair, double tolerance) {
+      return residual(pair) <= std::max(tolerance * std::abs(theta_(pair)), round_off);
+    };
+    const bool chooses = static_cast<bool>(options_.wanted.choose);
     Index count = 0;
-    while (count < k_ && residual(count) <= std::max(tolerance_of(count) * std::abs(theta_(count)), round_off)) ++count;
+    while (count < k_ && is_within(count, chooses ? options_.wanted.others : tolerance_of(count))) ++count;
+    if (!chooses || count < k_) return count;
+    see();
+    chosen_ = options_.wanted.choose(lambda(), seen_.leftCols(size_) * S_.leftCols(k_));
+    for (const Index pair : chosen_)
+      if (!is_within(pair, options_.tolerance)) --count;
     return count;
+  }
+
+  // What is to be seen of the vectors that were not looked at yet.
+  void see() {
+    for (; n_seen_ < size_; n_seen_ += b_) {
+      const Matrix seen = options_.wanted.seen(V_.block(n_seen_));
+      if (seen_.size() == 0) seen_.resize(seen.rows(), m_);
+      seen_.middleCols(n_seen_, b_) = seen;
+    }
   }
 
   // A third of the space above k goes on, as the pairs next in line help the last ones to converge.
@@ -223,16 +249,19 @@ class BlockLanczos {
     H_.setZero();
     H_.diagonal().head(kept) = theta_.head(kept);
     size_ = kept;
+    n_seen_ = 0;
     is_restarted_ = true;
   }
 
   const SparseMatrix& M_;
   const std::function<void(Eigen::Ref<Matrix>)>& solve_;
   const BlockLanczosOptions& options_;
-  Index n_ = 0, k_ = 0, b_ = 0, m_ = 0, size_ = 0;
+  Index n_ = 0, k_ = 0, b_ = 0, m_ = 0, size_ = 0, n_seen_ = 0;
+  double sigma_ = 0;
   TallBasis V_;
-  Matrix P_, H_, S_, last_;
+  Matrix P_, H_, S_, last_, seen_;
   Vector theta_;
+  std::vector<Index> chosen_;
   bool is_restarted_ = false;
 };
 

@@ -7,6 +7,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "common/base/types.hpp"
 #include "common/linalg/progress.hpp"
@@ -21,6 +22,17 @@ struct Eigenpairs {
   Index n_converged = 0;
   Index iterations = 0;  // restarts
   std::string method;    // "arpack", "lapack", ... for the summary
+  std::vector<Index> chosen{};  // of PairsWanted::choose; empty where all pairs are to the tolerance
+};
+
+// Of k pairs those that a solver need not find to its tolerance: an eigenvalue is right to the square of its pair's residual.
+struct PairsWanted {
+  Index exact = 0;       // the first so many to the tolerance, others to this residual; 0: all
+  double others = 1e-4;  // relative
+  // Or those that are chosen, once all are right to `others`, by what a linear map `seen` makes of their vectors (n x b -> q x b).
+  // choose: the k eigenvalues and what is seen of their vectors (q x k) -> numbers of pairs. Both or none.
+  std::function<Matrix(const Eigen::Ref<const Matrix>&)> seen{};
+  std::function<std::vector<Index>(const Vector& lambda, const Matrix& seen)> choose{};
 };
 
 // The k eigenvalues nearest to sigma, all of them above it: shift-invert Lanczos about sigma with `factor` = Cholesky of
@@ -28,15 +40,11 @@ struct Eigenpairs {
 // Sorensen, Yang 1998, doi 10.1137/1.9780898719628), more by our block_lanczos, whose work is products of matrices. A fixed
 // start: the same input gives the same bytes. An eigenvalue of a higher multiplicity than the Krylov space can tell apart (many
 // identical parts) may come with copies missing: negative_inertia() proves that none is. Where neither can go (k > n / 2, tiny n)
-// the dense solver answers. `ncv`: size of ARPACK's Krylov space, which then is the method whatever k; 0: chosen.
+// the dense solver answers. `ncv`: size of ARPACK's Krylov space, which then is the method whatever k; 0: chosen. `wanted` is for
+// block_lanczos; others find all pairs to the tolerance.
 Eigenpairs sparse_eigenpairs(const SparseMatrix& K, const SparseMatrix& M, const SparseCholesky& factor, double sigma, Index k,
-                             double tolerance = 1e-13, Index ncv = 0, const Progress& progress = {});
-
-// Of k pairs those that a solver need not find to its tolerance: an eigenvalue is right to the square of its pair's residual.
-struct PairsWanted {
-  Index exact = 0;       // the first so many to the tolerance, others to this residual; 0: all
-  double others = 1e-4;  // relative
-};
+                             double tolerance = 1e-13, Index ncv = 0, const Progress& progress = {},
+                             const PairsWanted& wanted = {});
 
 // The k lowest of what is M-orthogonal to Phi (n x m, Phi^T M Phi = I, eigenvectors that are known), by block_lanczos about 0 with
 // `factor` = Cholesky of K: nothing is solved for twice. converged is false where block_lanczos gives up.

@@ -16,6 +16,7 @@
 #include "common/linalg/dense.hpp"
 #include "common/linalg/eigen/block_lanczos.hpp"
 #include "common/linalg/eigen/eigenpairs.hpp"
+#include "common/linalg/eigen/tall_basis.hpp"
 
 namespace cbr {
 namespace {
@@ -150,7 +151,9 @@ Eigenpairs ascending(Ritz&& ritz) {
 // Gram matrix G = Phi^T M Phi = L L^T, Phi <- Phi L^-T: keeps the order, because L is the identity to ARPACK's accuracy.
 void orthonormalise(const SparseMatrix& M, Matrix& Phi) {
   for (int pass = 0; pass < 3; ++pass) {
-    const Matrix M_Phi = M * Phi;
+    Matrix M_Phi;
+    multiply_symmetric(M, Phi, M_Phi);
+    const BlasForWork blas(2.0 * static_cast<double>(Phi.size()) * static_cast<double>(Phi.cols()));
     const Matrix G = Phi.transpose() * M_Phi;
     const double error = (G - Matrix::Identity(G.rows(), G.cols())).cwiseAbs().maxCoeff();
     if (error < orthonormality) return;
@@ -166,12 +169,30 @@ Eigenpairs finished(const SparseMatrix& M, Eigenpairs&& pairs) {
   return std::move(pairs);
 }
 
-// Where the spectrum is wide, 1 / theta has more of the largest theta's round-off than Rayleigh's quotient has of K's.
+// Columns that a product with K takes together: more would not stay in the cache.
+constexpr std::ptrdiff_t at_a_time = 32;
+
+// Where the spectrum is wide, 1 / theta has more of the largest theta's round-off than Rayleigh's quotient has of K's. Not of vectors
+// that are right in outline only, whose quotient is far above.
 void sharpen(const SparseMatrix& K, const SparseMatrix& M, Eigenpairs& pairs) {
   const double scale = (K.diagonal().array() / M.diagonal().array()).maxCoeff(), lowest = pairs.lambda(0);
-  for (Index j = 0; j < pairs.lambda.size(); ++j) {
-    const double lambda = pairs.lambda(j);
-    if (lambda * lambda / lowest > 10 * scale) pairs.lambda(j) = pairs.Phi.col(j).dot(K * pairs.Phi.col(j));
+  std::vector<Index> blurred;
+  const auto is_exact = [&](Index j) {
+    return pairs.chosen.empty() || std::binary_search(pairs.chosen.begin(), pairs.chosen.end(), j);
+  };
+  for (Index j = 0; j < pairs.lambda.size(); ++j)
+    if (is_exact(j) && pairs.lambda(j) * pairs.lambda(j) / lowest > 10 * scale) blurred.push_back(j);
+  const auto quotients = [&](const std::vector<Index>& columns) {
+    const Matrix Phi = pairs.Phi(Eigen::all, columns);
+    Matrix K_Phi;
+    multiply_symmetric(K, Phi, K_Phi);
+    for (std::size_t i = 0; i < columns.size(); ++i)
+      pairs.lambda(columns[i]) = Phi.col(static_cast<Index>(i)).dot(K_Phi.col(static_cast<Index>(i)));
+  };
+  for (auto first = blurred.begin(); first < blurred.end();) {
+    const auto end = std::min(first + at_a_time, blurred.end());
+    quotients({first, end});
+    first = end;
   }
   // Equal frequencies may change places by round-off.
   if (std::is_sorted(pairs.lambda.begin(), pairs.lambda.end())) return;
@@ -180,6 +201,10 @@ void sharpen(const SparseMatrix& K, const SparseMatrix& M, Eigenpairs& pairs) {
   std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return pairs.lambda(a) < pairs.lambda(b); });
   pairs.lambda = Vector(pairs.lambda(order));
   pairs.Phi = Matrix(pairs.Phi(Eigen::all, order));
+  std::vector<Index> chosen;
+  for (std::size_t j = 0; j < order.size(); ++j)
+    if (!pairs.chosen.empty() && is_exact(order[j])) chosen.push_back(static_cast<Index>(j));
+  pairs.chosen = std::move(chosen);
 }
 
 Eigenpairs dense_answer(const SparseMatrix& K, const SparseMatrix& M, Index k) {
@@ -219,7 +244,7 @@ void fix_signs(Matrix& Phi) {
 }
 
 Eigenpairs sparse_eigenpairs(const SparseMatrix& K, const SparseMatrix& M, const SparseCholesky& factor, double sigma, Index k,
-                             double tolerance, Index ncv, const Progress& progress) {
+                             double tolerance, Index ncv, const Progress& progress, const PairsWanted& wanted) {
   const Index n = K.rows();
   assert(k >= 0 && k <= n && M.rows() == n);
   Eigenpairs pairs;
@@ -235,6 +260,7 @@ Eigenpairs sparse_eigenpairs(const SparseMatrix& K, const SparseMatrix& M, const
     BlockLanczosOptions options;
     options.tolerance = tolerance;
     options.bytes = bytes_of_basis(factor);
+    options.wanted = wanted;
     options.progress = share_of(progress);
     pairs = block_lanczos(
         M, [&](Eigen::Ref<Matrix> B) { factor.solve_in_place(B); }, sigma, k, options);

@@ -8,6 +8,7 @@
 
 #include "common/app/program.hpp"
 #include "common/base/row_threads.hpp"
+#include "common/linalg/huge_pages.hpp"
 #include "common/linalg/narrow_product.hpp"
 
 namespace cbr {
@@ -37,6 +38,13 @@ struct Rows {
 Rows part_of(Index n, Index parts, Index i) {
   const Index first = n * i / parts;
   return {first, n * (i + 1) / parts - first};
+}
+
+// One entry a column, on the diagonal.
+bool is_diagonal(const SparseMatrix& M) {
+  for (Index j = 0; j < M.cols(); ++j)
+    if (M.outerIndexPtr()[j + 1] != j + 1 || M.innerIndexPtr()[j] != j) return false;
+  return true;
 }
 
 Index n_parts(Index n) { return std::clamp<Index>(n / slab_rows, 1, most_parts); }
@@ -100,7 +108,7 @@ Index TallBasis::n_slabs() const { return (n_ + slab_rows - 1) / slab_rows; }
 Eigen::Ref<Matrix> TallBasis::block(Index first) {
   assert(first % block_ == 0);
   const auto panel = static_cast<std::size_t>(first / panel_);
-  while (panels_.size() <= panel) panels_.emplace_back(n_, panel_);
+  while (panels_.size() <= panel) panels_.push_back(on_huge_pages(n_, panel_));
   return panels_[panel].middleCols(first % panel_, block_);
 }
 
@@ -187,6 +195,10 @@ void subtract_product(const Eigen::Ref<const Matrix>& V, const Eigen::Ref<const 
 void multiply_symmetric(const SparseMatrix& M, const Eigen::Ref<const Matrix>& U, Matrix& P) {
   const Index n = M.rows(), p = U.cols();
   P.resize(n, p);
+  if (M.nonZeros() == n && is_diagonal(M)) {
+    P.noalias() = Eigen::Map<const Vector>(M.valuePtr(), n).asDiagonal() * U;
+    return;
+  }
   // A row of U stands together, as every entry of M meets one
   const Matrix U_t = U.transpose();
   const Index parts = (n + slab_rows - 1) / slab_rows;

@@ -19,6 +19,7 @@
 #include "common/base/parallel.hpp"
 #include "common/linalg/blas_threads.hpp"
 #include "common/linalg/dense_factor.hpp"
+#include "common/linalg/huge_pages.hpp"
 #include "common/linalg/narrow_product.hpp"
 #include "common/linalg/sparse/cut_supernodes.hpp"
 #include "common/linalg/sparse/elimination_order.hpp"
@@ -148,11 +149,10 @@ struct Cholmod {
   Cholmod& operator=(const Cholmod&) = delete;
 
   // The order of elimination that costs least on the graph of nodes (or of rows), and what follows from it for A.
-  void analyze(const SparseMatrix& A, const std::vector<Index>& last = {}) {
+  void analyze(const SparseMatrix& A, const std::vector<Index>& last = {}, std::vector<Index> nodes = {}) {
     const Index dofs = dofs_per_node(A), n_leading = A.rows() - static_cast<Index>(last.size());
     if (common.supernodal == CHOLMOD_SIMPLICIAL || (dofs == 1 && last.empty())) return analyze_rows(A);
-    std::vector<Index> nodes;
-    if (n_leading > 0) {
+    if (n_leading > 0 && static_cast<Index>(nodes.size()) * dofs != n_leading) {
       Cholmod graph(CHOLMOD_SIMPLICIAL);
       graph.analyze_rows(node_graph(A, dofs, last));
       nodes.assign(graph.permutation(), graph.permutation() + graph.L->n);
@@ -201,8 +201,8 @@ struct Cholmod {
     return true;
   }
 
-  void factorize(const SparseMatrix& A, const std::vector<Index>& last, const Progress& progress) {
-    analyze(A, last);
+  void factorize(const SparseMatrix& A, const std::vector<Index>& last, const Progress& progress, const std::vector<Index>& nodes) {
+    analyze(A, last, nodes);
     if (L->is_super != 0 && common.fl > worth_fronts && factorize_by_fronts(A, progress)) return;
     // Also where it is not positive definite: CHOLMOD tells the first column that fails
     cholmod_sparse view = lower_view(A);
@@ -211,12 +211,18 @@ struct Cholmod {
     check("factorisation", A);
   }
 
+  // For the numbers of L, which nothing has written yet.
+  void make_room(const SparseMatrix& A) {
+    if (cholmod_l_change_factor(CHOLMOD_REAL, 1, 1, 1, 1, L, &common) == 0) check("factorisation", A);
+    prefer_huge_pages(L->x, 8 * static_cast<double>(L->xsize));
+  }
+
   // On all threads, subtree by subtree, where its fronts fit the machine beside the factor. False: not done.
   bool factorize_by_fronts(const SparseMatrix& A, const Progress& progress) {
     const SupernodeTree tree(view());
     const double entries = static_cast<double>(L->xsize) + 2 * static_cast<double>(A.nonZeros());
     if (!has_both_triangles(A) || 8 * entries + front_bytes(tree) > 0.9 * machine_memory_bytes()) return false;
-    if (cholmod_l_change_factor(CHOLMOD_REAL, 1, 1, 1, 1, L, &common) == 0) check("factorisation", A);
+    make_room(A);
     return factor_supernodes(tree, {A}, static_cast<double*>(L->x), progress) == Factored::done;
   }
 
@@ -231,7 +237,7 @@ struct Cholmod {
     const double square = 8 * static_cast<double>(c) * static_cast<double>(c);
     const double entries = static_cast<double>(L->xsize) + 4 * static_cast<double>(K.nonZeros());
     if (8 * entries + 2 * (front_bytes(tree) + square) > 0.9 * machine_memory_bytes()) return false;
-    if (cholmod_l_change_factor(CHOLMOD_REAL, 1, 1, 1, 1, L, &common) == 0) check("factorisation", K);
+    make_room(K);
     if (factor_and_condense(tree, n_I, K, M, static_cast<double*>(L->x), condensed.K, condensed.M, progress) != Factored::done)
       return false;
     mirror_lower(condensed.K);
@@ -339,18 +345,19 @@ struct SparseCholesky::Impl {
   }
 };
 
-SparseCholesky::SparseCholesky(const SparseMatrix& A, const std::vector<Index>& last, const Progress& progress)
+SparseCholesky::SparseCholesky(const SparseMatrix& A, const std::vector<Index>& last, const Progress& progress,
+                               const std::vector<Index>& nodes)
     : impl_(std::make_unique<Impl>()) {
   impl_->n = A.rows();
   if (A.rows() == 0) return;
   if (!A.isCompressed()) {
     SparseMatrix compressed = A;
     compressed.makeCompressed();
-    *this = SparseCholesky(compressed, last, progress);
+    *this = SparseCholesky(compressed, last, progress, nodes);
     return;
   }
   Cholmod& cholmod = *impl_->cholmod;
-  cholmod.factorize(A, last, progress);
+  cholmod.factorize(A, last, progress, nodes);
   impl_->diagonal = A.diagonal();
   impl_->last = last;
   impl_->factor = cholmod.view();
@@ -523,6 +530,7 @@ FactorCost factor_cost(const SparseMatrix& nodes, Index dofs) {
   Cholmod cholmod(CHOLMOD_SIMPLICIAL);
   cholmod.analyze(nodes);
   const auto* count = static_cast<const Index*>(cholmod.L->ColCount);
+  cost.order.assign(cholmod.permutation(), cholmod.permutation() + cholmod.L->n);
   for (std::size_t j = 0; j < cholmod.L->n; ++j) {
     for (Index i = 0; i < dofs; ++i) {
       const auto rows = static_cast<double>(dofs * count[j] - i);

@@ -29,7 +29,9 @@ class SparseCholesky {
   // Only the lower triangle of A (n x n) is read. Not positive definite is a result, not an exception: ask ok().
   // RunError when memory does not suffice, with the size of the factor.
   // The rows `last` (ascending, whole nodes) are eliminated after all others, so that leading() is a factor of these.
-  explicit SparseCholesky(const SparseMatrix& A, const std::vector<Index>& last = {}, const Progress& progress = {});
+  // `nodes`: an order of the nodes outside `last` that is known (factor_cost), or none.
+  explicit SparseCholesky(const SparseMatrix& A, const std::vector<Index>& last = {}, const Progress& progress = {},
+                          const std::vector<Index>& nodes = {});
   // The factor of A without the rows `last`: the first columns of this one, of which it takes the memory, not a copy. It may be
   // fine where this one is not, as rows outside `last` come first.
   SparseCholesky leading() const;
@@ -75,6 +77,7 @@ class SparseCholesky {
 // that of the nodes, so that the figures may differ by some percent from those of a factorisation.
 struct FactorCost {
   double n_nonzeros = 0, flops = 0;
+  std::vector<Index> order{};  // of the nodes, by which it was counted
 };
 FactorCost factor_cost(const SparseMatrix& nodes, Index dofs);
 

@@ -10,8 +10,9 @@
 namespace cbr {
 namespace {
 
-// Pivots eliminated one by one before a product takes over; columns of a product with one triangle of its result.
-constexpr Index pivot_block = 32, update_block = 192;
+// Pivots eliminated one by one before a product takes over; columns of a front before those after them are looked at; columns of
+// a product with one triangle of its result.
+constexpr Index pivot_block = 32, front_block = 128, update_block = 192;
 
 // A - L D L^T on the lower triangle of A (m x m), in blocks of columns, which threads share.
 void subtract_lower(const Eigen::Ref<const Matrix>& L, const Vector& D, bool share, Matrix& A) {
@@ -34,6 +35,28 @@ bool eliminate_block(Eigen::Ref<Matrix> A, const double* limit) {
       for (Index i = j; i < n; ++i) A(i, j) -= l * A(i, k);
     }
     for (Index i = k + 1; i < n; ++i) A(i, k) /= d;
+  }
+  return true;
+}
+
+// L <- A L_1^-T D^-1, L_1 the unit lower triangle of `pivots` and D its diagonal.
+void divide(const Eigen::Ref<const Matrix>& pivots, Eigen::Ref<Matrix> L) {
+  pivots.triangularView<Eigen::UnitLower>().transpose().solveInPlace<Eigen::OnTheRight>(L);
+  L *= pivots.diagonal().cwiseInverse().asDiagonal();
+}
+
+// The same of a larger square, a few pivots at a time.
+bool eliminate_square(Eigen::Ref<Matrix> A, const double* limit) {
+  const Index n = A.rows();
+  for (Index j = 0; j < n; j += pivot_block) {
+    const Index size = std::min(pivot_block, n - j), after = j + size, left = n - after;
+    auto pivots = A.block(j, j, size, size);
+    if (!eliminate_block(pivots, limit + j)) return false;
+    if (left == 0) break;
+    auto L = A.block(after, j, left, size);
+    divide(pivots, L);
+    const Matrix LD = L * pivots.diagonal().asDiagonal();
+    A.block(after, after, left, left).noalias() -= L * LD.transpose();
   }
   return true;
 }
@@ -64,34 +87,31 @@ class Counter final : public Fronts {
  private:
   bool eliminate(const Front& front, std::vector<FrontMatrix>& of, bool alone) override {
     Matrix& F = of.front().F;
-    if (!eliminate_columns(front.first, F)) return false;
+    if (!eliminate_columns(front.first, F, alone)) return false;
     if (front.below() > 0) subtract_lower(F.bottomRows(front.below()), F.diagonal(), alone, of.front().rest);
     return true;
   }
 
-  // F = L D over the pivots, block by block: D on the diagonal, L below it.   (height x columns)
-  bool eliminate_columns(Index first, Matrix& F) {
+  // F = L D over the pivots, block by block: D on the diagonal, L below it, rows on all threads where they share.
+  bool eliminate_columns(Index first, Matrix& F, bool share) {
     const Index height = F.rows(), columns = F.cols();
-    Vector D(columns);
-    Matrix W;
-    for (Index j = 0; j < columns; j += pivot_block) {
-      const Index size = std::min(pivot_block, columns - j), left = height - j - size;
-      if (j > 0) {
-        // what the pivots before have left: A - L (L D)^T
-        W = F.block(j, 0, size, j) * D.head(j).asDiagonal();
-        F.block(j, j, height - j, size).noalias() -= F.bottomLeftCorner(height - j, j) * W.transpose();
-      }
+    for (Index j = 0; j < columns; j += front_block) {
+      const Index size = std::min(front_block, columns - j), after = j + size;
+      // What the pivots before have left: A - L (L D)^T
+      const Matrix LD = F.block(j, 0, size, j) * F.diagonal().head(j).asDiagonal();
+      const auto subtract = [&](Index row, Index rows) {
+        if (j > 0) F.block(row, j, rows, size).noalias() -= F.block(row, 0, rows, j) * LD.transpose();
+      };
+      subtract(j, size);
       auto pivots = F.block(j, j, size, size);
-      if (!eliminate_block(pivots, limit_.data() + first + j)) return false;
-      D.segment(j, size) = pivots.diagonal();
-      if (left > 0) {
-        // L <- A L_1^-T D^-1
-        auto L = F.block(j + size, j, left, size);
-        pivots.triangularView<Eigen::UnitLower>().transpose().solveInPlace<Eigen::OnTheRight>(L);
-        L *= D.segment(j, size).cwiseInverse().asDiagonal();
-      }
+      if (!eliminate_square(pivots, limit_.data() + first + j)) return false;
+      share_tasks(update_tiles(height - after), share, [&](Index tile) {
+        const Index row = after + tile * update_tile, rows = std::min(update_tile, height - row);
+        subtract(row, rows);
+        divide(pivots, F.block(row, j, rows, size));
+      });
     }
-    negative_ += (D.array() < 0).count();
+    negative_ += (F.diagonal().array() < 0).count();
     return true;
   }
 

@@ -272,6 +272,27 @@ TEST(Reduce, ParticipationPicksTheModesThatTheInterfaceDrives) {
   EXPECT_EQ((participation.array() >= least).count(), 10);
 }
 
+// Of a mesh for which the sparse solver is the one: candidates that are not kept are right in outline only.
+TEST(Reduce, ParticipationPicksOfSparseCandidatesAreExact) {
+  const Mesh mesh = box_mesh({{6, 5, 16}, {0.9, 0.7, 2.3}, {0, 0, 0}, 0.05});
+  ReductionOptions options = with_modes({"x_max"}, 10);
+  options.pick = "participation";
+  ReductionFigures figures;
+  const Superelement picked = reduced(mesh, options, MassKind::lumped, {}, &figures);
+  ASSERT_EQ(figures.mode_method, "block lanczos");
+  EXPECT_TRUE(figures.modes_proven);
+  options.pick = "frequency";
+  options.modes = 200;
+  const Superelement all = reduced(mesh, options);
+  const std::vector<Index> kept = modes_by_participation(all.M_kc, 10);
+  EXPECT_GT(kept.back(), 9);  // not the lowest ten
+  for (Index j = 0; j < 10; ++j) {
+    const double lambda = all.eigenvalues(kept[static_cast<std::size_t>(j)]);
+    EXPECT_NEAR(picked.eigenvalues(j), lambda, 1e-11 * lambda) << j;
+  }
+  EXPECT_LT(relative(picked.M_kc, Matrix(all.M_kc(kept, Eigen::all))), 1e-7);
+}
+
 TEST(Reduce, NoModesIsStaticCondensation) {
   const Mesh mesh = skewed();
   const Superelement s = reduced(mesh, with_modes({"z_max"}, 0));

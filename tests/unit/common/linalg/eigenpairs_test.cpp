@@ -4,8 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 #include "common/app/program.hpp"
 #include "tests/unit/common/linalg/grid_matrices.hpp"
@@ -175,14 +177,18 @@ TEST(SparseEigenpairs, SlenderPartsDoNotAskForMoreThanRoundOffAllows) {
   }
 }
 
-TEST(SparseEigenpairs, FewAreFoundToTheToleranceWhereFrequenciesAreEnough) {
-  const SparseMatrix K = grid_stiffness(14, true);
-  SparseMatrix M(K.rows(), K.rows());
-  M.setIdentity();
-  // A grid of three unlike lengths has no equal eigenvalues
-  SparseMatrix A = K;
+// A grid of three unlike lengths, which has no equal eigenvalues
+SparseMatrix unlike_grid() {
+  SparseMatrix A = grid_stiffness(14, true);
   for (Index i = 0; i < A.rows(); ++i)
     A.coeffRef(i, i) += 0.01 * static_cast<double>(i % 14) + 0.003 * static_cast<double>(i / 196);
+  return A;
+}
+
+TEST(SparseEigenpairs, FewAreFoundToTheToleranceWhereFrequenciesAreEnough) {
+  const SparseMatrix A = unlike_grid();
+  SparseMatrix M(A.rows(), A.rows());
+  M.setIdentity();
   const SparseCholesky factor(A);
   const Index k = 32;
   const Eigenpairs exact = sparse_eigenpairs(A, M, factor, 0, k);
@@ -195,6 +201,42 @@ TEST(SparseEigenpairs, FewAreFoundToTheToleranceWhereFrequenciesAreEnough) {
   for (Index j = 0; j < k; ++j) {
     const Vector x = pairs.Phi.col(j);
     EXPECT_LT((A * x - pairs.lambda(j) * x).norm(), (j < 11 ? 1e-7 : 1e-2) * pairs.lambda(j)) << j;
+  }
+}
+
+// Those that a vector sees most of, which are anywhere among the k.
+TEST(SparseEigenpairs, ChosenOnesAreFoundToTheTolerance) {
+  const SparseMatrix A = unlike_grid();
+  SparseMatrix M(A.rows(), A.rows());
+  M.setIdentity();
+  const SparseCholesky factor(A);
+  const Index k = 60, n_chosen = 5;
+  const Eigenpairs exact = sparse_eigenpairs(A, M, factor, 0, k);
+  Vector load = Vector::Zero(A.rows());
+  load(A.rows() / 3) = 1, load(7) = -2;
+  const auto largest = [&](const Matrix& seen) {
+    std::vector<Index> order(static_cast<std::size_t>(k));
+    std::iota(order.begin(), order.end(), Index{0});
+    std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return std::abs(seen(0, a)) > std::abs(seen(0, b)); });
+    order.resize(n_chosen);
+    std::sort(order.begin(), order.end());
+    return order;
+  };
+  PairsWanted wanted;
+  wanted.seen = [&](const Eigen::Ref<const Matrix>& V) { return Matrix(load.transpose() * V); };
+  wanted.choose = [&](const Vector& lambda, const Matrix& seen) {
+    EXPECT_EQ(lambda.size(), k);
+    EXPECT_EQ(seen.cols(), k);
+    return largest(seen);
+  };
+  const Eigenpairs pairs = sparse_eigenpairs(A, M, factor, 0, k, 1e-13, 0, {}, wanted);
+  ASSERT_TRUE(pairs.converged);
+  EXPECT_EQ(pairs.chosen, largest(load.transpose() * exact.Phi));
+  EXPECT_LT((pairs.lambda - exact.lambda).cwiseQuotient(exact.lambda).cwiseAbs().maxCoeff(), 1e-6);
+  EXPECT_LT((pairs.Phi.transpose() * pairs.Phi - Matrix::Identity(k, k)).cwiseAbs().maxCoeff(), 1e-12);
+  for (const Index j : pairs.chosen) {
+    EXPECT_NEAR(pairs.lambda(j), exact.lambda(j), 1e-12 * exact.lambda(j)) << j;
+    EXPECT_LT((pairs.Phi.col(j) - exact.Phi.col(j)).norm(), 1e-8) << j;
   }
 }
 
