@@ -115,6 +115,10 @@ struct Superelement {
   std::map<std::string, InteriorLoad> loads;
   Index n_residual = 0;
 
+  // Optional, /spin_moments: sym of the integral of rho x u^T of each coordinate's displacement u, x from the centre of mass:
+  // xx, yy, zz, xy, yz, xz   (n x 6). How the inertia changes, and what a spin pulls with. Empty: not known.
+  Matrix spin_moments;
+
   std::map<std::string, std::string> provenance;  // attributes of /provenance
 
   Index k() const { return eigenvalues.size(); }

@@ -96,6 +96,7 @@ void write_extras(Hdf5Writer& file, const std::string& prefix, const Superelemen
     file.write(prefix + "/loads/" + name + "/weight", load.weight);
   }
   if (s.n_residual > 0) file.attribute(root(prefix), "n_residual", s.n_residual);
+  if (s.spin_moments.size() > 0) file.write(prefix + "/spin_moments", s.spin_moments);
   write_conditioning(file, prefix, s.conditioning);
 }
 
@@ -108,6 +109,7 @@ void read_extras(const Hdf5Reader& file, const std::string& prefix, Superelement
     }
   }
   if (file.has_attribute(root(prefix), "n_residual")) s.n_residual = file.read_index(root(prefix), "n_residual");
+  if (file.has(prefix + "/spin_moments")) s.spin_moments = file.read_matrix(prefix + "/spin_moments");
   s.conditioning = read_conditioning(file, prefix);
 }
 
@@ -180,6 +182,10 @@ void check_extras(const Superelement& s, const std::string& where) {
     require(load.force.allFinite(), group + "/force", "not finite");
     require(std::isfinite(load.weight) && load.weight > 0, group + "/weight", "is not a positive number");
   }
+  require(s.spin_moments.size() == 0 || (s.spin_moments.rows() == s.n() && s.spin_moments.cols() == 6), "/spin_moments",
+          "wrong shape (" + std::to_string(s.spin_moments.rows()) + ", " + std::to_string(s.spin_moments.cols()) + "), expected (" +
+              std::to_string(s.n()) + ", 6)");
+  require(s.spin_moments.allFinite(), "/spin_moments", "not finite");
   check_conditioning(s.conditioning, s.n(), where);
   if (!s.accuracy) return;
   const Superelement::Accuracy& a = *s.accuracy;

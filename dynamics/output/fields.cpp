@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/output/fields.hpp"
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
@@ -326,12 +328,17 @@ FieldWriter::Motion FieldWriter::motion_of(const FieldGrid& grid) const {
   Vector q, rates;
   body.coordinates(q, rates);
   motion.u = whole(q), motion.v = whole(rates);
+  if (const auto o = body.state().orientation) {
+    motion.turn = Eigen::Quaterniond((*o)[0], (*o)[1], (*o)[2], (*o)[3]).toRotationMatrix();
+    motion.strained = motion.u;
+  }
   body.turn(grid.points, motion.u, motion.v);
   return motion;
 }
 
 // stress_values() at the elements' centres, scene axes.
-Matrix FieldWriter::stresses(const FieldGrid& grid, const Points& u) const {
+Matrix FieldWriter::stresses(const FieldGrid& grid, const Motion& motion) const {
+  const Points& u = motion.turn ? motion.strained : motion.u;
   const auto& of = built_.instances[grid.instance];
   const IndexTable& connectivity = grid.block->connectivity;
   const Matrix3& T = of.placement.T;
@@ -345,17 +352,18 @@ Matrix FieldWriter::stresses(const FieldGrid& grid, const Points& u) const {
     }
     out.row(e) = element_stress(grid.block->type, grid.properties.hex8, X, grid.properties.material, u_e).transpose();
   }
-  return stress_values(turned_stress(out, T));
+  return stress_values(turned_stress(out, motion.turn ? Matrix3(*motion.turn * T) : T));
 }
 
 // stress_values() of each point of the grid in the material of its block, scene axes; 0 where no element of it is.
-Matrix FieldWriter::nodal_stresses(const FieldGrid& grid) {
+Matrix FieldWriter::nodal_stresses(const FieldGrid& grid, const Motion& motion) {
   const auto& of = built_.instances[grid.instance];
+  const Matrix3& T = of.placement.T;
   if (nodal_of_ != grid.instance) {
     Vector q, rates;
     built_.simulation.bodies[grid.instance]->coordinates(q, rates);
     const InstanceElements& elements = *elements_.at(grid.instance);
-    nodal_ = stress_values(turned_stress(elements.nodal_stresses(elements.displacements(q)), of.placement.T));
+    nodal_ = stress_values(turned_stress(elements.nodal_stresses(elements.displacements(q)), motion.turn ? Matrix3(*motion.turn * T) : T));
     nodal_of_ = grid.instance;
   }
   const InstanceElements& elements = *elements_.at(grid.instance);
@@ -404,8 +412,8 @@ void FieldWriter::add(double t) {
     write("velocity", [&]() -> const Points& { return motion.v; });
     write("contact_pressure", [&] { return pressures(grids_[g]); });
     if (!grids_[g].block) continue;
-    if (wanted("stress")) add_stresses(group, "stress", grids_[g], stresses(grids_[g], motion.u), t);
-    if (wanted("nodal_stress")) add_stresses(group, "nodal_stress", grids_[g], nodal_stresses(grids_[g]), t);
+    if (wanted("stress")) add_stresses(group, "stress", grids_[g], stresses(grids_[g], motion), t);
+    if (wanted("nodal_stress")) add_stresses(group, "nodal_stress", grids_[g], nodal_stresses(grids_[g], motion), t);
   }
   times_.push_back(t);
 }

@@ -65,6 +65,9 @@ class FieldWriter {
  private:
   struct Motion {
     Points u, v;
+    // Of a body that turns by any angle: by what, and u without it, which strains are of
+    std::optional<Matrix3> turn = {};
+    Points strained = {};
   };
   void start(const std::string& run_hash);
   void go_on(const Saved& saved, const std::string& run_hash);
@@ -76,8 +79,8 @@ class FieldWriter {
   void add_block_grids(FieldGrid grid, const std::vector<Block>& blocks, const std::vector<BlockProperties>& properties);
   void add_recovered_grids(const Scene& scene, FieldGrid grid);
   Matrix pressures(const FieldGrid& grid) const;
-  Matrix stresses(const FieldGrid& grid, const Points& u) const;
-  Matrix nodal_stresses(const FieldGrid& grid);
+  Matrix stresses(const FieldGrid& grid, const Motion& motion) const;
+  Matrix nodal_stresses(const FieldGrid& grid, const Motion& motion);
   void find_materials(const Scene& scene);
   void add_stresses(const std::string& group, const std::string& field, const FieldGrid& grid, const Matrix& stress, double t);
   void write_grids();

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <numeric>
+#include <optional>
+#include <utility>
 
 #include "common/fem/stress_values.hpp"
 #include "dynamics/run/recorder.hpp"
@@ -39,6 +43,15 @@ void add_extremes(const Matrix& values, double t, Matrix& extremes) {
   }
 }
 
+// Of a body that turns, whose stress comes in axes that go with it   (6 m, xx yy zz xy yz xz of each)
+Vector in_scene(Vector stress, const std::optional<Eigen::Vector4d>& orientation) {
+  if (!orientation) return stress;
+  const Eigen::Vector4d& q = *orientation;
+  Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor>> rows(stress.data(), stress.size() / 6, 6);
+  rows = turned_stress(rows, Eigen::Quaterniond(q[0], q[1], q[2], q[3]).toRotationMatrix());
+  return stress;
+}
+
 }  // namespace
 
 const std::pair<Vector, Vector>& Recorder::coordinates(Index body) {
@@ -49,7 +62,8 @@ const std::pair<Vector, Vector>& Recorder::coordinates(Index body) {
 
 void Recorder::record_stress(double t) {
   for (std::size_t w = 0; w < sim_.watches.size(); ++w) {
-    const Vector stress = sim_.watches[w].stress(coordinates(sim_.watches[w].body).first);
+    const Index body = sim_.watches[w].body;
+    const Vector stress = in_scene(sim_.watches[w].stress(coordinates(body).first), last_[static_cast<std::size_t>(body)].orientation);
     result_.watches[w].insert(result_.watches[w].end(), stress.begin(), stress.end());
   }
   Matrix elements, nodes;

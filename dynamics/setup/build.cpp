@@ -334,6 +334,7 @@ class Builder {
       made = maker.make(instance, component);
     }
     of.mass = made.mass;
+    built_.notes.insert(built_.notes.end(), made.notes.begin(), made.notes.end());
     of.modes = made.modes;
     if (const Damping damping = damping_of(index_, instance); !damping.none()) {
       damp(instance, damping, *made.body);

@@ -169,7 +169,9 @@ InstanceBody BodyMaker::make_turning(const Instance& instance, const ReducedComp
   auto* statics = dynamic_cast<StaticsBody*>(made.body.get());
   SuperelementBody& modal = statics ? statics->modal() : dynamic_cast<SuperelementBody&>(*made.body);
   const bool late = component.statics && component.statics->is_massless;
-  made.body = std::make_unique<TurningBody>(std::move(made.body), modal, late, instance.angular_velocity);
+  auto body = std::make_unique<TurningBody>(std::move(made.body), modal, late, instance.angular_velocity);
+  made.notes = notes_of_spin(instance, *component.superelement, body->feels_spin(), modal);
+  made.body = std::move(body);
   return made;
 }
 

@@ -23,6 +23,7 @@ struct InstanceBody {
   std::unique_ptr<Body> body;
   double mass = 0;  // with shells
   std::shared_ptr<const MeshModes> modes = {};
+  std::vector<std::string> notes = {};  // for BuiltScene::notes
 };
 
 class BodyMaker {

@@ -182,18 +182,12 @@ StressScan scan_of(std::shared_ptr<const InstanceElements> elements, const Stres
   return scan;
 }
 
-void refuse_turning(const Scene& scene, const SourceLine& source) {
-  if (scene.time->rotations == Rotations::large)
-    throw InputError(source.text() + ": output.stress does not go with time.rotations: large: leave one of the two out");
-}
-
 }  // namespace
 
 void add_stress(const SceneIndex& index, BuiltScene& built) {
   const Scene& scene = index.scene();
   std::map<Index, std::shared_ptr<const InstanceElements>> known;
   for (const StressOptions& stress : scene.output.stress) {
-    refuse_turning(scene, stress.source);
     const Index body = index.place(stress.instance);
     const BuiltScene::OfInstance& of = built.instances[static_cast<std::size_t>(body)];
     auto& elements = known[body];

@@ -2,8 +2,10 @@
 #include "dynamics/setup/turning.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "common/base/error.hpp"
+#include "common/base/number_text.hpp"
 #include "dynamics/setup/skin_shells.hpp"
 
 namespace cbr {
@@ -30,11 +32,6 @@ void refuse_ways(const Scene& scene) {
   if (time.integrator != Integrator::exact) refuse(time.source, "time.rotations: large goes with integrator: exact only");
   if (time.mass_scaling) refuse(time.source, "time.rotations: large does not go with mass_scaling: true");
   if (skin_acts(scene)) refuse(scene.skin->source, "time.rotations: large does not go with shells that act (skin)");
-  const auto& fields = scene.output.fields;
-  const auto is_stress = [](const std::string& field) { return field == "stress" || field == "nodal_stress"; };
-  if (std::any_of(fields.begin(), fields.end(), is_stress))
-    refuse(scene.output.source, "field stress in output.fields does not go with time.rotations: large");
-  if (!scene.output.stress.empty()) refuse(scene.output.source, "output.stress does not go with time.rotations: large");
 }
 
 void refuse_contact(const SceneIndex& index, const ContactOptions& contact) {
@@ -88,6 +85,24 @@ void require_turning(const SceneIndex& index, const Instance& instance, const Re
   if (n_rigid != 6)
     refuse(instance, "time.rotations: large turns free bodies of one part only, found " + std::to_string(n_rigid) +
                          " rigid motions where 6 are allowed");
+}
+
+std::vector<std::string> notes_of_spin(const Instance& instance, const Superelement& superelement, bool feels_spin,
+                                       const SuperelementBody& modal) {
+  std::vector<std::string> notes;
+  const std::string name = "instance '" + instance.name + "'";
+  if (!feels_spin) {
+    notes.push_back(name + " turns without the forces of its spin on its modes: " +
+                    (superelement.has_interface_matrices() ? "its superelement file is older than 1.8 (cbr-reduce --force)"
+                                                           : "basis " + superelement.basis + " does not know them"));
+  }
+  const DiagonalForm& form = modal.form();
+  const double lowest = form.omega.size() > form.n_rigid ? form.omega[form.n_rigid] : HUGE_VAL;
+  const double spin = instance.angular_velocity.norm();
+  if (spin > 0.1 * lowest)
+    notes.push_back(name + " spins at " + number_text(spin) + " rad/s, more than a tenth of its lowest frequency of " +
+                    number_text(lowest) + " rad/s: Coriolis forces and stiffening by the spin are left out");
+  return notes;
 }
 
 std::string note_of_what_stays(const SceneIndex& index) {

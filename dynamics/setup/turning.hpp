@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "dynamics/motion/modal/superelement_body.hpp"
 #include "dynamics/setup/component_model.hpp"
 
 namespace cbr {
@@ -15,6 +16,9 @@ bool turns(const SceneIndex& index, const Instance& instance);
 // `rotations: small` refuses angular velocities alone.
 void refuse_what_does_not_turn(const SceneIndex& index);
 void require_turning(const SceneIndex& index, const Instance& instance, const ReducedComponent& component);
+// What of its spin an instance that turns does not feel; empty: nothing worth a word.
+std::vector<std::string> notes_of_spin(const Instance& instance, const Superelement& superelement, bool feels_spin,
+                                       const SuperelementBody& modal);
 // With `large`, one line that names those that stay linear; empty: all turn.
 std::string note_of_what_stays(const SceneIndex& index);
 

@@ -19,6 +19,7 @@
 #include "reducer/modes/diagonal_form.hpp"
 #include "reducer/modes/fixed_interface_modes.hpp"
 #include "reducer/modes/interior_loads.hpp"
+#include "reducer/modes/spin_moments.hpp"
 #include "reducer/partition/partition.hpp"
 
 namespace cbr {
@@ -274,6 +275,13 @@ void add_loads(Reduction& r, const SparseCholesky& factor, FixedInterfaceModes& 
   s.loads = generalised_loads(r.p, factor, loads, modes.Phi, s.M_cc);
 }
 
+// Of what can turn by itself.
+void add_spin_moments(const Reduction& r, const SparseCholesky& factor, const Matrix& Phi, Superelement& s) {
+  if (r.settings.is_domain || has_parts(r)) return;
+  s.spin_moments = spin_moments(r.p, factor, coordinates_of(r, r.p.interior_nodes), coordinates_of(r, r.p.interface_nodes),
+                                s.rigid_body.center, Phi, s.M_cc);
+}
+
 void take_matrices(Reduction& r, FixedInterfaceModes& modes, Condensation& condensed, Superelement& s) {
   s.eigenvalues = modes.lambda;
   s.M_kc = std::move(condensed.M_kc);
@@ -439,6 +447,7 @@ void condense_and_keep(Reduction& r, Superelement& s) {
   }
   if (!r.options.loads.empty()) add_loads(r, factor, modes, condensed, s);
   take_matrices(r, modes, condensed, s);
+  if (!r.options.is_characteristic()) add_spin_moments(r, factor, modes.Phi, s);
   r.figures.condition.reduced_rigid = rigid_residual(s.K_cc, reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c())).value;
   if (!r.options.is_characteristic()) add_diagonal(r, s);
   if (judged) add_accuracy(r, factor, motions, modes.Phi, s);

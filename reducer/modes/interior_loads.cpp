@@ -150,20 +150,25 @@ Index add_residual_vectors(const std::vector<ComponentPart>& parts, const Matrix
   return r;
 }
 
-std::map<std::string, Superelement::InteriorLoad> generalised_loads(const Partition& p, const SparseCholesky& factor,
-                                                                    const InteriorLoads& loads, const Matrix& Phi,
-                                                                    const Matrix& M_cc) {
-  Matrix X = loads.F_I;
+Matrix generalised_forces(const Partition& p, const SparseCholesky& factor, const Matrix& F_I, const Matrix& F_C, const Matrix& Phi,
+                          const Matrix& M_cc) {
+  Matrix X = F_I;
   factor.solve_in_place(X);
-  Matrix Q(Phi.cols() + p.n_interface(), loads.F_I.cols());
-  Q << Phi.transpose() * loads.F_I, loads.F_C - p.K_IC.transpose() * X;
+  Matrix Q(Phi.cols() + p.n_interface(), F_I.cols());
+  Q << Phi.transpose() * F_I, F_C - p.K_IC.transpose() * X;
   if (const RigidMotions& rigid = p.rigid; rigid.count() > 0) {
     // F_c <- F_c + G^T (R^T F - R_C^T F_c)
     auto F_c = Q.bottomRows(p.n_interface());
-    const Matrix missing =
-        SparseMatrix(rigid.R_I.transpose()) * loads.F_I + SparseMatrix(rigid.R_C.transpose()) * Matrix(loads.F_C - F_c);
+    const Matrix missing = SparseMatrix(rigid.R_I.transpose()) * F_I + SparseMatrix(rigid.R_C.transpose()) * Matrix(F_C - F_c);
     F_c += SparseMatrix(rigid_content(rigid, M_cc).transpose()) * missing;
   }
+  return Q;
+}
+
+std::map<std::string, Superelement::InteriorLoad> generalised_loads(const Partition& p, const SparseCholesky& factor,
+                                                                    const InteriorLoads& loads, const Matrix& Phi,
+                                                                    const Matrix& M_cc) {
+  const Matrix Q = generalised_forces(p, factor, loads.F_I, loads.F_C, Phi, M_cc);
   std::map<std::string, Superelement::InteriorLoad> result;
   for (std::size_t j = 0; j < loads.names.size(); ++j)
     result[loads.names[j]] = {loads.areas[j], Q.middleCols(3 * static_cast<Index>(j), 3)};

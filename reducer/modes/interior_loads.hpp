@@ -44,7 +44,9 @@ Index add_residual_vectors(const Partition& p, const SparseCholesky& factor, con
 Index add_residual_vectors(const std::vector<ComponentPart>& parts, const Matrix& F_I, FixedInterfaceModes& modes);
 
 // Forces on the coordinates: [Phi^T F_I; F_C + Psi^T F_I], Psi^T F_I = -K_CI K_II^-1 F_I, of which rigid motions of the interface
-// (M_cc: condense()'s) feel exactly what they feel of F.
+// (M_cc: condense()'s) feel exactly what they feel of F   (k + c x columns of F).
+Matrix generalised_forces(const Partition& p, const SparseCholesky& factor, const Matrix& F_I, const Matrix& F_C, const Matrix& Phi,
+                          const Matrix& M_cc);
 std::map<std::string, Superelement::InteriorLoad> generalised_loads(const Partition& p, const SparseCholesky& factor,
                                                                     const InteriorLoads& loads, const Matrix& Phi,
                                                                     const Matrix& M_cc);

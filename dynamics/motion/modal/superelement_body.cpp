@@ -77,21 +77,18 @@ const ModalPropagator& SuperelementBody::propagator(double h) const {
   return *regular_;
 }
 
-// From t_ to t_ + h_ with loads, cut at the histories' breakpoints so that each part is linear in time.
-void SuperelementBody::propagate(const Vector& eta, const Vector& v, Vector& eta_end, Vector& v_end, double* external_work) {
-  if (loads_.empty()) return propagate_free(propagator(h_), eta, v, eta_end, v_end);
+// From t_ to t_ + h_ with loads, cut at the histories' breakpoints, and where the spin's forces bend, so that each part is linear in
+// time.
+void SuperelementBody::propagate(const Vector& eta, const Vector& v, Vector& eta_end, Vector& v_end, FlowWork* work) {
+  if (!is_driven()) return propagate_free(propagator(h_), eta, v, eta_end, v_end);
   eta_end = eta, v_end = v;
+  const Index n = std::max<Index>(1, spin_g_.cols() - 1);
   breakpoints_.cut(t_, h_, [&](double from, double to, bool whole) {
-    const ModalPropagator shorter = whole         ? ModalPropagator{}
-                                    : is_damped() ? damped_propagator(form_->omega, damping_.c, to - from, true)
-                                                  : modal_propagator(form_->omega, to - from, true);
-    const ModalPropagator& step = whole ? propagator(h_) : shorter;
-    work_eta_ = eta_end, work_v_ = v_end;
-    load_amplitudes(from, f0_);
-    load_amplitudes(to, f1_);
-    propagate_free(step, work_eta_, work_v_, eta_end, v_end);
-    add_load(step, f0_, f1_, eta_end, v_end);
-    if (external_work) *external_work += load_work(step, work_eta_, work_v_, eta_end, f0_, f1_, weight_);
+    for (Index i = 0; i < n; ++i) {
+      const double start = std::max(from, t_ + h_ * static_cast<double>(i) / static_cast<double>(n));
+      const double end = i + 1 == n ? to : std::min(to, t_ + h_ * static_cast<double>(i + 1) / static_cast<double>(n));
+      if (n == 1 || end > start) propagate_driven(start, end, whole && n == 1, eta_end, v_end, work);
+    }
   });
 }
 
@@ -230,19 +227,17 @@ void SuperelementBody::book_late_exact() {
 }
 
 void SuperelementBody::accept_exact() {
+  spin_work_ = 0;
   if (kicked_) work_.contact += energy_product(kick_, v_) + 0.5 * energy_product(kick_, kick_);
   if (rubbed_) book_friction(energy_product(friction_kick_, v_) + 0.5 * energy_product(friction_kick_, kick_));
-  if (is_damped()) {
-    // Between the kicks energy changes by the loads' work and by what damping takes
+  if (is_damped() || is_driven()) {
+    // Between the kicks energy changes by the work of loads and spin, and by what damping takes
     if (kicked_) v_ += kick_;
-    double external = 0;
-    propagate(eta_, v_, eta_end_, v_end_, &external);
-    work_.external += external;
-    work_.damping += flow_energy(eta_end_, v_end_) - flow_energy(eta_, v_) - external;
-    if (late_end_kick_.size() > 0) v_end_ += late_end_kick_;
-  } else if (!loads_.empty()) {
-    if (kicked_) v_ += kick_;
-    propagate(eta_, v_, eta_end_, v_end_, &work_.external);
+    FlowWork flow{is_damped() ? 0 : work_.external, 0};
+    propagate(eta_, v_, eta_end_, v_end_, &flow);
+    work_.external = is_damped() ? work_.external + flow.external : flow.external;
+    spin_work_ = flow.spin;
+    if (is_damped()) work_.damping += flow_energy(eta_end_, v_end_) - flow_energy(eta_, v_) - flow.external - flow.spin;
     if (late_end_kick_.size() > 0) v_end_ += late_end_kick_;
   }
   if (late_kick_.size() > 0) book_late_exact();

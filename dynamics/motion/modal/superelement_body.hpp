@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/superelement/superelement.hpp"
@@ -82,6 +83,14 @@ class SuperelementBody final : public Body {
   // From here on another carries the rotation of this free body, which stays as it is: impulses come in axes that R turns into the
   // scene's, and their sum moves the centre of mass in the scene's axes.
   void carry(const Matrix3& R) { carried_ = R; }
+  // Before the first predict(): forces of a spin on the elastic modes, H g, H = V^T spin_moments (n x 6). False: the superelement has
+  // none. Before each predict() then spin(): g at equal times from the start of the step to its end, linear in between (6 x m, m > 1).
+  bool feel_spin();
+  void spin(Matrix g) { spin_g_ = std::move(g); }
+  void expect_spin(double square) { spin_square_ = square; }  // of |w|, at most, until the next call: for motion bounds
+  Vector spin_shape() const { return spin_H_.transpose() * eta_; }                // H^T eta, 6
+  Vector predicted_spin_shape() const { return spin_H_.transpose() * eta_end_; }  // as predicted_positions()
+  double spin_work() const { return spin_work_; }                                 // on the modes, of the last accepted step
   const Vector& modal_coordinates() const { return eta_; }
   // What a harmonic response and mode shapes are made of.
   const DiagonalForm& form() const { return *form_; }
@@ -129,7 +138,14 @@ class SuperelementBody final : public Body {
   MotionBound bound(Index set, bool quick) const;  // eta' at the time of eta
   void append_load(const Vector& amplitude, const LoadHistory& history);
   void load_amplitudes(double t, Vector& f) const;
-  void propagate(const Vector& eta, const Vector& v, Vector& eta_end, Vector& v_end, double* external_work);
+  struct FlowWork {
+    double external = 0, spin = 0;
+  };
+  void propagate(const Vector& eta, const Vector& v, Vector& eta_end, Vector& v_end, FlowWork* work);
+  void propagate_driven(double from, double to, bool whole, Vector& eta_end, Vector& v_end, FlowWork* work);
+  bool is_driven() const { return !loads_.empty() || spin_g_.cols() > 0; }
+  bool may_be_driven() const { return !loads_.empty() || spin_H_.size() > 0; }
+  Vector spin_force(double t) const;
   void add_late(Index set, const Points& impulses, ImpulseKind kind);
   void take_kick(Index set, const Points& impulses);
   Vector3 center_at(const Vector& eta) const;
@@ -196,6 +212,8 @@ class SuperelementBody final : public Body {
   mutable Index n_soft_ = 0;                // modes whose omega h is not large
   bool started_ = false, arrived_ = false;  // arrived_: the end of the step is known, impulses included
   BodyWork work_;
+  Matrix spin_H_, spin_g_;  // see feel_spin()
+  double spin_square_ = 0, spin_work_ = 0;
 };
 
 }  // namespace cbr

@@ -13,8 +13,8 @@ void SuperelementBody::damp(const Damping& damping) {
 }
 
 std::shared_ptr<const ModalPropagator> SuperelementBody::make_propagator(double h) const {
-  if (is_damped()) return form_->shared.propagator(form_->omega, damping_, h, !loads_.empty());
-  return form_->shared.propagator(form_->omega, h, !loads_.empty());
+  if (is_damped()) return form_->shared.propagator(form_->omega, damping_, h, may_be_driven());
+  return form_->shared.propagator(form_->omega, h, may_be_driven());
 }
 
 // Kinetic and strain energy of such a motion, weighed as impulses of contact weigh it.

@@ -26,6 +26,8 @@ MotionBound SuperelementBody::bound(Index set, bool quick) const {
   const auto omega = form_->omega.tail(e).array();
   Vector force = Vector::Zero(eta_.size());  // largest modal force at any time
   for (const auto& load : loads_) force += load.history.largest() * load.amplitude.cwiseAbs();
+  // |g_i| <= |w|^2, however the axes of the spin lie
+  if (spin_H_.size() > 0) force += spin_square_ * spin_H_.cwiseAbs().rowwise().sum();
   // Amplitude sqrt(eta^2 + (v / omega)^2); a force adds at most its impulse / omega.
   const Vector amplitude = (eta_.tail(e).array().square() + (v_.tail(e).array() / omega).square()).sqrt();
   const Vector rate = force.tail(e).array() / omega;
@@ -33,7 +35,7 @@ MotionBound SuperelementBody::bound(Index set, bool quick) const {
   if (quick && e > 0) {
     const auto envelope = s.rows->envelope().bottomRows(e);
     spread = envelope.transpose() * amplitude;
-    if (!loads_.empty()) growth = envelope.transpose() * rate;
+    if (may_be_driven()) growth = envelope.transpose() * rate;
   }
   const bool slows = is_damped() && r > 0 && damping_.c.head(r).maxCoeff() > 0;  // between here and x + t v
   const bool swings = !quick && !amplitude.isZero(0);
@@ -48,7 +50,7 @@ MotionBound SuperelementBody::bound(Index set, bool quick) const {
       const auto elastic = Vt.col(3 * i + d).tail(e).cwiseAbs();
       u[d] = rigid.dot(eta_.head(r)), speed[d] = rigid.dot(v_.head(r));
       if (swings) spread[d] = elastic.dot(amplitude);
-      if (loads_.empty()) continue;
+      if (!may_be_driven()) continue;
       acceleration[d] = rigid.cwiseAbs().dot(force.head(r));
       if (!quick) growth[d] = elastic.dot(rate);
     }

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/motion/modal/turning_body.hpp"
 
+#include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <utility>
 
 #include "common/base/error.hpp"
@@ -29,12 +31,36 @@ Vector3 moment_about(const Vector3& c, const Points& x, const Points& impulses) 
   return sum;
 }
 
+// |w|^2 tr S - w . S w = g . S, S as xx, yy, zz, xy, yz, xz   (6)
+Vector centrifugal(const Vector3& w) {
+  const double ww = w.squaredNorm();
+  Vector g(6);
+  g << ww - w[0] * w[0], ww - w[1] * w[1], ww - w[2] * w[2], -2 * w[0] * w[1], -2 * w[1] * w[2], -2 * w[0] * w[2];
+  return g;
+}
+
+constexpr double largest_bend = 0.1;  // rad, in which the spin's forces are taken as linear
+
 }  // namespace
 
 TurningBody::TurningBody(std::unique_ptr<Body> inner, SuperelementBody& modal, bool late, const Vector3& angular_velocity)
-    : inner_(std::move(inner)), modal_(modal), late_(late), free_(inertia_of(modal)), L_(free_.J * angular_velocity) {
+    : inner_(std::move(inner)),
+      modal_(modal),
+      late_(late),
+      feels_(!late && modal.feel_spin()),
+      J_0_(inertia_of(modal)),
+      now_(J_0_),
+      step_(J_0_),
+      L_(J_0_ * angular_velocity) {
   assert(modal_.form().n_rigid == 6 && modal_.is_exact());
   modal_.carry(R_);
+  expect_spin();
+}
+
+// A bound of the square of the spin in flight: a tenth for the inertia that swings.
+void TurningBody::expect_spin() {
+  const double w = now_.rate_per_momentum * L_.norm();
+  if (feels_) modal_.expect_spin(1.1 * w * w);
 }
 
 void TurningBody::damp(const Damping& damping) {
@@ -63,7 +89,7 @@ void TurningBody::predicted_positions(Index set, Points& x) const {
 }
 
 const Eigen::Quaterniond& TurningBody::end() const {
-  if (!ends_there_) q_end_ = free_.turned(q_, late_ ? L_ : Vector3(L_ + kick_.all), h_);
+  if (!ends_there_) q_end_ = step_.turned(q_, late_ ? L_ : Vector3(L_ + kick_.all), h_);
   ends_there_ = true;
   return q_end_;
 }
@@ -83,7 +109,7 @@ void TurningBody::mean_motion(Index set, Vector3& position, Vector3& velocity) c
   const Vector3 c = modal_.center_of_mass(), v_c = modal_.center_velocity();
   const Vector3 arm = q_ * (position - c);
   position = c + arm;
-  velocity = v_c + free_.angular_velocity(q_, L_).cross(arm) + q_ * (velocity - v_c);
+  velocity = v_c + now_.angular_velocity(q_, L_).cross(arm) + q_ * (velocity - v_c);
 }
 
 // Impulses come in the axes of the middle of the step: so the inner body's symmetric answer is that of the turned one to second
@@ -96,14 +122,45 @@ void TurningBody::take_axes() {
   modal_.carry(R_);
 }
 
+// J_0 + 2 (tr S 1 - S): what the modes make of the inertia, first order; shape: S, component axes, as xx, yy, zz, xy, yz, xz.
+Matrix3 TurningBody::inertia(const Vector& shape) const {
+  Matrix3 S;
+  S << shape[0], shape[3], shape[5], shape[3], shape[1], shape[4], shape[5], shape[4], shape[2];
+  return J_0_ + 2 * (S.trace() * Matrix3::Identity() - modal_.axes() * S * modal_.axes().transpose());
+}
+
+// The forces of the spin on the modes in a step in which the inertia goes from what it is to J_end.
+void TurningBody::spin_inner(const Matrix3& J_end) {
+  const auto n = std::max<Index>(1, static_cast<Index>(std::ceil(now_.rate_per_momentum * L_.norm() * h_ / largest_bend)));
+  const auto part = 1 / static_cast<double>(n);
+  const auto at = [&](double share) { return FreeTurn((1 - share) * now_.J + share * J_end); };
+  Matrix g(6, n + 1);
+  Eigen::Quaterniond q = q_;
+  for (Index i = 0; i <= n; ++i) {
+    const double share = static_cast<double>(i) * part;
+    if (i > 0) q = at(share - 0.5 * part).turned(q, L_, h_ * part);
+    g.col(i) = centrifugal(modal_.axes().transpose() * (q.conjugate() * at(share).angular_velocity(q, L_)));
+  }
+  modal_.spin(std::move(g));
+}
+
 void TurningBody::predict(double t, double h) {
-  inner_->predict(t, h);
   h_ = h;
   kick_ = {};
-  q_end_ = free_.turned(q_, L_, h);
+  if (feels_ && L_.isZero(0)) modal_.spin({});
+  if (feels_ && !L_.isZero(0)) {
+    spin_inner(now_.J);
+    inner_->predict(t, h);
+    spin_inner(inertia(modal_.predicted_spin_shape()));
+  }
+  inner_->predict(t, h);
+  if (feels_) step_ = FreeTurn(0.5 * (now_.J + inertia(modal_.predicted_spin_shape())));
+  q_end_ = step_.turned(q_, L_, h);
   ends_there_ = true;
   take_axes();
 }
+
+double TurningBody::spin_energy(const FreeTurn& of) const { return 0.5 * L_.dot(of.angular_velocity(q_, L_)); }
 
 void TurningBody::add_moment(const Vector3& moment, ImpulseKind kind) {
   kick_.all += moment;
@@ -139,23 +196,39 @@ void TurningBody::book(const Moments& moments, const Vector3& w, const Vector3& 
 }
 
 void TurningBody::accept() {
-  const Vector3 w = free_.angular_velocity(q_, L_);
+  const Vector3 w = now_.angular_velocity(q_, L_);
+  inner_->accept();
   if (late_) {
     // From the middle of the kick at the start to that of the kick at the end
     const Moments half{0.5 * last_kick_.all, 0.5 * last_kick_.friction};
-    book(half, w, -0.25 * free_.angular_velocity(q_, last_kick_.all));
+    book(half, w, -0.25 * now_.angular_velocity(q_, last_kick_.all));
     q_ = end();
     const Moments next{0.5 * kick_.all, 0.5 * kick_.friction};
-    book(next, free_.angular_velocity(q_, L_), 0.25 * free_.angular_velocity(q_, kick_.all));
+    book(next, now_.angular_velocity(q_, L_), 0.25 * now_.angular_velocity(q_, kick_.all));
     last_kick_ = kick_;
+    L_ += kick_.all;
   } else {
-    book(kick_, w, 0.5 * free_.angular_velocity(q_, kick_.all));
-    q_ = end();
+    book(kick_, w, 0.5 * now_.angular_velocity(q_, kick_.all));
+    L_ += kick_.all;
+    move_on();
   }
-  L_ += kick_.all;
   kick_ = {};
+  expect_spin();
   for (Acted& of : acted_) of.known = false;
-  inner_->accept();
+}
+
+// To the end of the step, whose moments L has. What the splitting leaves of the energy is its own.
+void TurningBody::move_on() {
+  const double energy = spin_energy(now_);
+  if (feels_) {
+    const FreeTurn after(inertia(modal_.spin_shape()));
+    if (!ends_there_) step_ = FreeTurn(0.5 * (now_.J + after.J));
+    now_ = after;
+  }
+  if (!ends_there_) q_end_ = step_.turned(q_, L_, h_);
+  ends_there_ = true;
+  q_ = q_end_;
+  if (feels_ && !L_.isZero(0)) work_.numerical += spin_energy(now_) - energy + modal_.spin_work();
 }
 
 NodeResponse TurningBody::response(Index set, double h) const {
@@ -181,7 +254,7 @@ BodyState TurningBody::state() const {
   BodyState state = inner_->state();
   const Vector3 half = 0.5 * last_kick_.all, l = L_ - half;
   state.angular_momentum = L_ + state.center_of_mass.cross(state.momentum);
-  state.kinetic_energy += 0.5 * l.dot(free_.angular_velocity(q_, l));
+  state.kinetic_energy += 0.5 * l.dot(now_.angular_velocity(q_, l));
   state.rotation = 0;
   state.orientation = Eigen::Vector4d(q_.w(), q_.x(), q_.y(), q_.z());
   return state;
@@ -191,12 +264,13 @@ BodyWork TurningBody::work() const {
   BodyWork work = inner_->work();
   work.contact += work_.contact;
   work.friction += work_.friction;
+  work.numerical += work_.numerical;
   return work;
 }
 
 // X: n x 3, scene axes, undeformed; u, v: as they would be without the turn, and then as they are.
 void TurningBody::turn(const Points& X, Points& u, Points& v) const {
-  const Vector3 c = modal_.center_of_mass(), v_c = modal_.center_velocity(), w = free_.angular_velocity(q_, L_);
+  const Vector3 c = modal_.center_of_mass(), v_c = modal_.center_velocity(), w = now_.angular_velocity(q_, L_);
   const Matrix3 R = q_.toRotationMatrix();
   for (Index i = 0; i < X.rows(); ++i) {
     const Vector3 arm = R * (X.row(i) + u.row(i) - c.transpose()).transpose();
@@ -214,6 +288,8 @@ void TurningBody::displacements(Points& u, Points& v) const {
 void TurningBody::keep_state(StateArchive& archive) {
   inner_->keep_state(archive);
   archive(q_.coeffs(), L_, R_, last_kick_.all, last_kick_.friction, work_);
+  if (archive.restores() && feels_) now_ = FreeTurn(inertia(modal_.spin_shape()));
+  expect_spin();
 }
 
 }  // namespace cbr

@@ -27,6 +27,9 @@ class TurningBody final : public Body {
   double largest_frequency() const override { return inner_->largest_frequency(); }
   Scheme scheme() const override { return inner_->scheme(); }
   double contact_share() const override { return inner_->contact_share(); }
+  // Whether the modes feel the spin: the superelement knows its moments.
+  bool feels_spin() const { return feels_; }
+  Vector3 angular_velocity() const { return now_.angular_velocity(q_, L_); }
   void set_contact_step(double h) override { inner_->set_contact_step(h); }
   // InputError: mass-proportional damping, which would brake the spin.
   void damp(const Damping& damping) override;
@@ -74,6 +77,11 @@ class TurningBody final : public Body {
     Vector3 all = Vector3::Zero(), friction = Vector3::Zero();
   };
   MotionBound in_any_position(MotionBound bound) const;
+  Matrix3 inertia(const Vector& shape) const;
+  void spin_inner(const Matrix3& J_end);
+  void move_on();
+  void expect_spin();
+  double spin_energy(const FreeTurn& of) const;
   void take_axes();
   const Eigen::Quaterniond& end() const;
   void add_moments(Index set, const Points& impulses, ImpulseKind kind);
@@ -82,7 +90,9 @@ class TurningBody final : public Body {
   std::unique_ptr<Body> inner_;
   SuperelementBody& modal_;
   const bool late_;
-  FreeTurn free_;
+  const bool feels_;
+  Matrix3 J_0_;           // undeformed, placed, scene axes
+  FreeTurn now_, step_;   // of the body as it is, and as it is in the middle of the step
   Eigen::Quaterniond q_ = Eigen::Quaterniond::Identity();
   mutable Eigen::Quaterniond q_end_ = q_;
   mutable bool ends_there_ = true;   // q_end_ is that of all moments so far
