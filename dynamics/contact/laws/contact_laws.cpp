@@ -84,6 +84,7 @@ Vector law_violations(const ContactProblem& problem, const Vector& p, const Vect
     }
     violation[i] = w > 0 ? std::abs(std::min(w * p[row], gap[row])) : std::max(0.0, -gap[row]);
     if (law.law != ContactLaw::coulomb || !(w > 0)) continue;
+    if (p[row] <= 0 && p[row + 1] == 0 && p[row + 2] == 0) continue;  // open: no friction, whatever the slip
     const double limit = law.friction * std::max(0.0, p[row]);
     Eigen::Vector2d target = p.segment<2>(row + 1) - gap.segment<2>(row + 1) / w;
     const double length = std::hypot(target[0], target[1]);

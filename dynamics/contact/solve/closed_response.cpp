@@ -16,8 +16,11 @@ namespace {
 constexpr Index lanes = 16;
 typedef float Lanes __attribute__((vector_size(lanes * sizeof(float))));
 
-// From so many rows on (4 MB, a quarter of a millisecond) a second thread gains more than it costs.
-constexpr Index threaded_rows = 1400;
+// From so many rows on (1.4 MB, a tenth of a millisecond) a second thread gains more than it costs.
+constexpr Index threaded_rows = 800;
+constexpr std::size_t threaded_points = 16;
+// Rows of points that rest are dropped when they are more than this share of all.
+constexpr double most_resting = 0.4;
 
 Index padded(Index n) { return (n + lanes - 1) / lanes * lanes; }
 
@@ -73,59 +76,100 @@ void ClosedResponse::begin(const ContactProblem& problem) {
   points_.clear(), row_.clear(), start_.clear(), scale_.clear();
   lower_.clear(), diagonal_.clear(), normals_.clear();
   position_.assign(problem.laws.size(), -1);
+  rests_.assign(problem.laws.size(), 0);
+  n_serving_ = end_ = 0;
   point_scale_.resize(problem.laws.size());
   for (Index i = 0; i < problem.n_points(); ++i) point_scale_[i] = problem.w[i] > 0 ? 1 / std::sqrt(problem.w[i]) : 0;
   normal_stride_ = padded(problem.n_points());
 }
 
-void ClosedResponse::add(const ContactProblem& problem, Index point) {
+void ClosedResponse::add(const ContactProblem& problem, const std::vector<Index>& points) {
+  const std::size_t begin = points_.size();
+  for (const Index point : points) {
+    ++n_serving_;
+    if (rests_[point]) {
+      rests_[point] = 0;
+    } else {
+      append(problem, point);
+    }
+  }
+  lower_.resize(static_cast<std::size_t>(end_), 0.0F);
+  normals_.resize(static_cast<std::size_t>(n_rows() * normal_stride_), 0.0F);
+  const std::size_t n_new = points_.size() - begin;
+  const int used = n_new < threaded_points ? 1 : n_threads();
+  run_kept_threads(used, [&](int t) {
+    for (std::size_t k = begin + static_cast<std::size_t>(t); k < points_.size(); k += static_cast<std::size_t>(used)) fill(problem, k);
+  });
+}
+
+// Its place, without entries.
+void ClosedResponse::append(const ContactProblem& problem, Index point) {
   const Index first = n_rows(), n = cbr::n_rows(problem.laws[point].law), length = padded(first + n - 1);
-  const double s = point_scale_[point];
   position_[point] = first;
   points_.push_back(point);
   for (Index d = 0; d < n; ++d) {
+    start_.push_back(end_);
+    end_ += length;
     const Index row = problem.first[point] + d;
-    const double* column = problem.W.dense.col(row).data();
-    start_.push_back(static_cast<Index>(lower_.size()));
-    lower_.resize(lower_.size() + static_cast<std::size_t>(length), 0.0F);
-    float* to = lower_.data() + start_.back();
-    for (Index j = 0; j < first; ++j) to[j] = static_cast<float>(s * scale_[j] * column[row_[j]]);
-    for (Index j = 0; j < d; ++j) to[first + j] = static_cast<float>(s * s * column[problem.first[point] + j]);
-    diagonal_.push_back(static_cast<float>(s * s * column[row]));
-    normals_.resize(normals_.size() + static_cast<std::size_t>(normal_stride_), 0.0F);
-    float* normal = normals_.data() + (first + d) * normal_stride_;
-    for (Index i = 0; i < problem.n_points(); ++i) normal[i] = static_cast<float>(point_scale_[i] * s * column[problem.first[i]]);
+    row_.push_back(row), scale_.push_back(point_scale_[point]);
+    diagonal_.push_back(static_cast<float>(point_scale_[point] * point_scale_[point] * problem.W.dense(row, row)));
   }
-  for (Index d = 0; d < n; ++d) row_.push_back(problem.first[point] + d), scale_.push_back(s);
+}
+
+// The rows of points()[k].
+void ClosedResponse::fill(const ContactProblem& problem, std::size_t k) {
+  const Index first = position_[points_[k]], end = k + 1 < points_.size() ? position_[points_[k + 1]] : n_rows();
+  for (Index i = first; i < end; ++i) {
+    const double* column = problem.W.dense.col(row_[i]).data();
+    float* to = lower_.data() + start_[i];
+    for (Index j = 0; j < i; ++j) to[j] = static_cast<float>(scale_[i] * scale_[j] * column[row_[j]]);
+    float* normal = normals_.data() + i * normal_stride_;
+    for (Index of = 0; of < problem.n_points(); ++of)
+      normal[of] = static_cast<float>(point_scale_[of] * scale_[i] * column[problem.first[of]]);
+  }
 }
 
 void ClosedResponse::keep(const std::vector<char>& kept) {
-  const ClosedResponse old = std::move(*this);
-  *this = ClosedResponse();
-  normal_stride_ = old.normal_stride_, point_scale_ = old.point_scale_;
-  position_.assign(old.position_.size(), -1);
-  std::vector<Index> from;  // rows of the old one
-  for (std::size_t k = 0; k < old.points_.size(); ++k) {
-    const Index point = old.points_[k], begin = old.position_[point];
-    const Index end = k + 1 < old.points_.size() ? old.position_[old.points_[k + 1]] : old.n_rows();
-    if (!kept[point]) continue;
-    const Index first = static_cast<Index>(from.size()), length = padded(first + (end - begin) - 1);
+  n_serving_ = 0;
+  for (const Index point : points_) {
+    rests_[point] = !kept[point] || rests_[point];
+    n_serving_ += !rests_[point];
+  }
+  const auto n = static_cast<double>(points_.size());
+  if (n - static_cast<double>(n_serving_) > most_resting * n) drop(std::vector<char>(rests_));
+}
+
+// In place: no row moves up, so that nothing is overwritten that is still to be read.
+void ClosedResponse::drop(const std::vector<char>& dropped) {
+  std::vector<Index> from;  // rows before
+  std::size_t n_kept = 0;
+  Index to_start = 0;
+  for (std::size_t k = 0; k < points_.size(); ++k) {
+    const Index point = points_[k], begin = position_[point];
+    const Index end = k + 1 < points_.size() ? position_[points_[k + 1]] : n_rows();
+    position_[point] = -1;
+    rests_[point] = 0;
+    if (dropped[point]) continue;
+    const auto first = static_cast<Index>(from.size()), length = padded(first + (end - begin) - 1);
     position_[point] = first;
-    points_.push_back(point);
+    points_[n_kept++] = point;
     for (Index row = begin; row < end; ++row) {
-      const float* source = old.lower_.data() + old.start_[row];
-      start_.push_back(static_cast<Index>(lower_.size()));
-      lower_.resize(lower_.size() + static_cast<std::size_t>(length), 0.0F);
-      float* to = lower_.data() + start_.back();
-      for (std::size_t j = 0; j < from.size(); ++j) to[j] = source[from[j]];
-      const float* normal = old.normals_.data() + row * normal_stride_;
-      normals_.insert(normals_.end(), normal, normal + normal_stride_);
+      const float* source = lower_.data() + start_[row];
+      float* to = lower_.data() + to_start;
+      const auto n = static_cast<Index>(from.size());
+      for (Index j = 0; j < n; ++j) to[j] = source[from[j]];
+      std::fill(to + n, to + length, 0.0F);
+      const float* normal = normals_.data() + row * normal_stride_;
+      std::copy(normal, normal + normal_stride_, normals_.data() + n * normal_stride_);
+      start_[n] = to_start, row_[n] = row_[row], scale_[n] = scale_[row], diagonal_[n] = diagonal_[row];
+      to_start += length;
       from.push_back(row);
     }
   }
-  for (const Index row : from) {
-    row_.push_back(old.row_[row]), scale_.push_back(old.scale_[row]), diagonal_.push_back(old.diagonal_[row]);
-  }
+  points_.resize(n_kept);
+  start_.resize(from.size()), row_.resize(from.size()), scale_.resize(from.size()), diagonal_.resize(from.size());
+  end_ = to_start;
+  lower_.resize(static_cast<std::size_t>(end_)), normals_.resize(from.size() * static_cast<std::size_t>(normal_stride_));
 }
 
 // Half of the entries are in the rows above n / sqrt(2): where there are many a second thread takes those below.
@@ -154,6 +198,7 @@ void ClosedResponse::product(const FloatVector& x, FloatVector& y) const {
 void ClosedResponse::add_rows(std::size_t begin, std::size_t past, float* y) const {
   const Index n = n_rows();
   for (std::size_t k = begin; k < past; ++k) {
+    if (rests_[points_[k]]) continue;
     const Index first = position_[points_[k]], end = k + 1 < points_.size() ? position_[points_[k + 1]] : n;
     const Index length = padded(end - 1);
     const float* row = lower_.data() + start_[first];
@@ -174,11 +219,33 @@ void ClosedResponse::add_rows(std::size_t begin, std::size_t past, float* y) con
 void ClosedResponse::normal_product(const FloatVector& x, FloatVector& y) const {
   const Index n = n_rows();
   y_.assign(static_cast<std::size_t>(normal_stride_), 0.0F);
-  Index i = 0;
-  for (; i + 3 <= n; i += 3) add_three(normals_.data() + i * normal_stride_, normal_stride_, x.data() + i, y_.data());
-  for (; i < n; ++i)
-    for (Index k = 0; k < normal_stride_; ++k) y_[k] += x[i] * normals_[i * normal_stride_ + k];
-  y = Eigen::Map<const FloatVector>(y_.data(), static_cast<Index>(point_scale_.size()));
+  const auto result = [&](const std::vector<float>& from) {
+    return Eigen::Map<const FloatVector>(from.data(), static_cast<Index>(point_scale_.size()));
+  };
+  if (n < threaded_rows) {
+    add_normals(0, n, x.data(), y_.data());
+    y = result(y_);
+    return;
+  }
+  below_.assign(y_.size(), 0.0F);
+  const Index middle = n / 6 * 3;
+  const int used = std::min(2, n_threads());
+  run_kept_threads(used, [&](int t) {
+    if (t == 0) add_normals(0, middle, x.data(), y_.data());
+    if (t == used - 1) add_normals(middle, n, x.data(), below_.data());
+  });
+  y = result(y_) + result(below_);
+}
+
+// Of rows [begin, past) here.
+void ClosedResponse::add_normals(Index begin, Index past, const float* x, float* y) const {
+  Index i = begin;
+  for (; i + 3 <= past; i += 3) {
+    if (x[i] == 0 && x[i + 1] == 0 && x[i + 2] == 0) continue;
+    add_three(normals_.data() + i * normal_stride_, normal_stride_, x + i, y);
+  }
+  for (; i < past; ++i)
+    for (Index k = 0; k < normal_stride_; ++k) y[k] += x[i] * normals_[i * normal_stride_ + k];
 }
 
 }  // namespace cbr

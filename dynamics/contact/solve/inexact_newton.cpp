@@ -15,15 +15,17 @@
 namespace cbr {
 namespace {
 
-// What a step leaves of its residual while the set moves, and at least once it stands; products before it is taken as it is.
-constexpr double coarse = 1e-2, fine = 3e-6;
+// What a step leaves of its residual: while more than a share of the points changes state, while some do, at least once none does.
+// Near the solution (a violation below a share of the largest |g|) it is not worth a step to learn that the set stands.
+constexpr double coarsest = 0.1, coarse = 1e-2, fine = 3e-6, most_changes = 0.05, near = 0.03;
+// Products before a step is taken as it is.
 constexpr int most_products = 60;
+// A smaller share of open points costs less to read of W itself, in double precision, than of all normal rows.
+constexpr double few_open = 0.1;
 // What single precision may have made of gaps, as a share of what moved them.
 constexpr double single_precision = 5e-7;
-// Gaps are summed up anew when a violation is no larger than this many times that.
-constexpr double most_drift = 20;
-// Rows of points that are open again are dropped when they are more than this share of all.
-constexpr double most_idle = 0.2;
+// Gaps are summed up anew when a violation is no larger than this many times that, and it is more than this share of what is wanted.
+constexpr double most_drift = 20, most_left = 0.1;
 
 }  // namespace
 
@@ -42,10 +44,15 @@ struct InexactNewton::Impl {
 
   void begin(const ContactProblem& problem, const ContactSet& set, const Vector& p);
   void join(const ContactProblem& problem, const Vector& g, const Vector& p, Vector& gap, ContactSet& set);
-  void newton_step(const ContactProblem& problem, const ContactSet& set, const Vector& p, const Vector& gap, double wanted);
+  void newton_step(const ContactProblem& problem, const ContactSet& set, const Vector& p, const Vector& gap, double wanted,
+                   bool far);
   void solve_linear(double size, float reduction, Vector& change, Vector& answer);
   double float_product(const Vector& change);
   void sum_closed(const ContactProblem& problem, const Vector& g, const Vector& p, Vector& gap);
+  void settle(const ContactProblem& problem, const Vector& g, bool off, Vector& p, Vector& gap);
+  void move_open_points(const ContactProblem& problem, const Vector& change);
+  double n_changes(const ContactSet& set) const;
+  void fill_moves(const ContactProblem& problem, const Vector& answer, const Vector& change);
 };
 
 // Points that are not open, or have an impulse that the first step may take away.
@@ -60,29 +67,32 @@ void InexactNewton::Impl::begin(const ContactProblem& problem, const ContactSet&
     const bool pushed = !p.segment(first, problem.first[i + 1] - first).isZero(0);
     wanted[i] = problem.w[i] > 0 && (pushed || set.states[i] != PointState::open);
   }
-  std::size_t idle = 0;
-  for (const Index point : closed.points()) idle += !wanted[point];
-  if (static_cast<double>(idle) > most_idle * static_cast<double>(closed.points().size())) closed.keep(wanted);
+  closed.keep(wanted);
+  std::vector<Index> missing;
   for (Index i = 0; i < problem.n_points(); ++i)
-    if (wanted[i] && closed.first_row(i) < 0) closed.add(problem, i);
+    if (wanted[i] && closed.first_row(i) < 0) missing.push_back(i);
+  closed.add(problem, missing);
 }
 
-// Points that close for the first time get the gaps of all their rows, which are not kept of open ones.
+// Points that close get the gaps of all their rows, which are not kept of open ones.
 void InexactNewton::Impl::join(const ContactProblem& problem, const Vector& g, const Vector& p, Vector& gap, ContactSet& set) {
-  bool joined = false;
+  std::vector<Index> joined;
   for (Index i = 0; i < problem.n_points(); ++i) {
     if (set.states[i] == PointState::open || closed.first_row(i) >= 0 || !(problem.w[i] > 0)) continue;
     for (Index row = problem.first[i]; row < problem.first[i + 1]; ++row) gap[row] = g[row] + problem.W.dense.col(row).dot(p);
-    closed.add(problem, i);
-    joined = true;
+    joined.push_back(i);
   }
-  if (joined) set = contact_set(problem, p, gap);
+  if (joined.empty()) return;
+  closed.add(problem, joined);
+  set = contact_set(problem, p, gap);
 }
 
-// gap = g + W p over the rows of `closed`; no other point has an impulse.
+// gap = g + W p over the rows that serve; no other point has an impulse.
 void InexactNewton::Impl::sum_closed(const ContactProblem& problem, const Vector& g, const Vector& p, Vector& gap) {
-  const std::vector<Index>& rows = closed.rows();
-  const Index n = closed.n_rows();
+  std::vector<Index> rows;
+  for (const Index point : closed.points())
+    for (Index row = problem.first[point]; closed.first_row(point) >= 0 && row < problem.first[point + 1]; ++row) rows.push_back(row);
+  const auto n = static_cast<Index>(rows.size());
   if (2 * n > p.size()) {  // most of W is read in any case: in its order, on all threads
     const Vector all = respond(problem, p);
     for (const Index row : rows) gap[row] = g[row] + all[row];
@@ -101,6 +111,25 @@ void InexactNewton::Impl::sum_closed(const ContactProblem& problem, const Vector
     sum[j] += own;
   }
   for (Index i = 0; i < n; ++i) gap[rows[i]] = g[rows[i]] + sum[i];
+}
+
+// Impulses within the laws' cones, and all gaps of them: summed up where they are `off`, or where open points have rows that were
+// not kept; else what the little change adds.
+void InexactNewton::Impl::settle(const ContactProblem& problem, const Vector& g, bool off, Vector& p, Vector& gap) {
+  const Vector before = p;
+  project(problem, p);
+  if (off || closed.n_serving() < problem.n_points()) {
+    gap = g + respond(problem, p);
+    return;
+  }
+  Vector change(closed.n_rows());
+  for (Index i = 0; i < closed.n_rows(); ++i) {
+    const Index row = closed.rows()[i];
+    change[i] = (p[row] - before[row]) / closed.scale(i);
+  }
+  const double unit = float_product(change);
+  fill_moves(problem, unit * y.cast<double>(), change);
+  gap += moved;
 }
 
 // y = s W s change, the result in units of what is returned.
@@ -136,11 +165,20 @@ void InexactNewton::Impl::solve_linear(double size, float reduction, Vector& cha
   answer += size * y.cast<double>();
 }
 
+// Points whose state is another than in the last step; all at first.
+double InexactNewton::Impl::n_changes(const ContactSet& set) const {
+  if (last.size() != set.states.size()) return static_cast<double>(set.states.size());
+  Index n = 0;
+  for (std::size_t i = 0; i < last.size(); ++i) n += last[i] != set.states[i];
+  return static_cast<double>(n);
+}
+
 // Fills `step` and `moved`. `wanted`: share that is to be left of the violation when the set stands.
 void InexactNewton::Impl::newton_step(const ContactProblem& problem, const ContactSet& set, const Vector& p, const Vector& gap,
-                                      double wanted) {
+                                      double wanted, bool far) {
   const Index n = closed.n_rows();
-  const bool same = set.states == last;
+  const double changes = n_changes(set);
+  const bool same = changes == 0;
   unknowns.build(problem, set, closed);
   if (!same) inverse.build(closed, unknowns, *neighbours);
   // What the new set makes of p before anything is solved: C x_0 - p, x_0 = R^T p
@@ -161,21 +199,42 @@ void InexactNewton::Impl::newton_step(const ContactProblem& problem, const Conta
   x.setZero(r.size());
   if (size > 0 && std::isfinite(size)) {
     b = (r / size).cast<float>();
-    solve_linear(size, static_cast<float>(same ? std::clamp(wanted, fine, coarse) : coarse), change, answer);
+    const bool moves = far && changes > most_changes * static_cast<double>(problem.n_points());
+    const double left = same ? std::clamp(wanted, fine, coarse) : moves ? coarsest : coarse;
+    solve_linear(size, static_cast<float>(left), change, answer);
   }
   last = set.states;
-  const double whole = n > 0 ? change.lpNorm<Eigen::Infinity>() : 0;
-  normal.setZero(problem.n_points());
-  if (whole > 0 && std::isfinite(whole)) {
-    p_closed = (change / whole).cast<float>();
+  fill_moves(problem, answer, change);
+}
+
+// `step` and `moved` of a change of scaled impulses and the answer to it, both over the rows of `closed`.
+void InexactNewton::Impl::fill_moves(const ContactProblem& problem, const Vector& answer, const Vector& change) {
+  step.setZero(problem.n_rows()), moved.setZero(problem.n_rows());
+  for (const Index point : closed.points()) {
+    const Index first = closed.first_row(point);
+    for (Index d = 0; first >= 0 && d < n_rows(problem.laws[point].law); ++d) {
+      const Index i = first + d;
+      step[closed.rows()[i]] = closed.scale(i) * change[i];
+      moved[closed.rows()[i]] = answer[i] / closed.scale(i);
+    }
+  }
+  move_open_points(problem, change);
+}
+
+// Normal gaps of the points that do not serve: few of them by W itself.
+void InexactNewton::Impl::move_open_points(const ContactProblem& problem, const Vector& change) {
+  const double size = change.size() > 0 ? change.lpNorm<Eigen::Infinity>() : 0;
+  const Index n_open = problem.n_points() - closed.n_serving();
+  if (n_open == 0 || !(size > 0) || !std::isfinite(size)) return;
+  const bool few = static_cast<double>(n_open) < few_open * static_cast<double>(problem.n_points());
+  if (!few) {
+    p_closed = (change / size).cast<float>();
     closed.normal_product(p_closed, normal);
   }
-  step.setZero(p.size()), moved.setZero(p.size());
-  for (Index i = 0; i < problem.n_points(); ++i)
-    if (closed.point_scale(i) > 0) moved[problem.first[i]] = whole * normal[i] / closed.point_scale(i);
-  for (Index i = 0; i < n; ++i) {
-    step[closed.rows()[i]] = closed.scale(i) * change[i];
-    moved[closed.rows()[i]] = answer[i] / closed.scale(i);
+  for (Index i = 0; i < problem.n_points(); ++i) {
+    if (closed.first_row(i) >= 0 || !(closed.point_scale(i) > 0)) continue;
+    const Index row = problem.first[i];
+    moved[row] = few ? problem.W.dense.col(row).dot(step) : size * normal[i] / closed.point_scale(i);
   }
 }
 
@@ -193,14 +252,19 @@ void InexactNewton::begin_as(const InexactNewton& other) { impl_->neighbours = o
 
 void InexactNewton::keep_state(StateArchive& archive, const ContactProblem& problem) {
   Impl& of = *impl_;
-  std::vector<Index> points = of.closed.points();
+  std::vector<Index> points = of.closed.points(), serving;
+  for (const Index point : points)
+    if (of.closed.first_row(point) >= 0) serving.push_back(point);
   bool has_neighbours = of.neighbours.has_value();
-  archive(of.stands, points, has_neighbours);
+  archive(of.stands, points, serving, has_neighbours);
   if (archive.restores()) {
     of.neighbours.reset();
     if (has_neighbours) of.neighbours.emplace();
     of.closed.begin(problem);
-    for (const Index point : points) of.closed.add(problem, point);
+    of.closed.add(problem, points);
+    std::vector<char> kept(problem.laws.size(), 0);
+    for (const Index point : serving) kept[point] = 1;
+    of.closed.keep(kept);
   }
   if (has_neighbours) archive(*of.neighbours);
 }
@@ -213,12 +277,13 @@ NewtonResult InexactNewton::solve(const ContactProblem& problem, const Vector& g
   best.residual = std::numeric_limits<double>::infinity();
   ContactSet set = contact_set(problem, p, gap);
   of.begin(problem, set, p);
+  const double scale = g.lpNorm<Eigen::Infinity>();
   double drift = 0;  // what the gaps may be off by
   Vector violations = law_violations(problem, p, gap);
   double merit = violations.norm(), violation = violations.lpNorm<Eigen::Infinity>();
   while (best.iterations < max_iterations && !best.converged) {
     const double enough = std::max(0.5 * tolerance, 0.3 * most_drift * drift);
-    of.newton_step(problem, set, p, gap, violation > 0 ? enough / violation : 1.0);
+    of.newton_step(problem, set, p, gap, violation > 0 ? enough / violation : 1.0, violation > near * scale);
     ++best.iterations;
     if (!of.step.allFinite() || !of.moved.allFinite()) break;
     double t = 1, best_t = 1, least = std::numeric_limits<double>::infinity();
@@ -232,22 +297,23 @@ NewtonResult InexactNewton::solve(const ContactProblem& problem, const Vector& g
       for (Index i = 0; i < problem.n_points(); ++i)
         if (set.states[i] == PointState::open) p.segment(problem.first[i], problem.first[i + 1] - problem.first[i]).setZero();
     drift += single_precision * best_t * of.moved.lpNorm<Eigen::Infinity>();
-    violation = law_violations(problem, p, gap).lpNorm<Eigen::Infinity>();
-    if (!std::isfinite(violation)) break;
+    violations = law_violations(problem, p, gap);
+    violation = violations.lpNorm<Eigen::Infinity>();
     if (violation > tolerance && violation <= most_drift * drift && drift > tolerance) {
       of.sum_closed(problem, g, p, gap);
       drift = 0;
+      violations = law_violations(problem, p, gap);
     } else if (violation <= std::max(tolerance, most_drift * drift)) {
-      project(problem, p);
-      gap = g + respond(problem, p);
+      of.settle(problem, g, drift > most_left * tolerance, p, gap);
       drift = 0;
-      const double before = best.residual, residual = law_violations(problem, p, gap).lpNorm<Eigen::Infinity>();
+      violations = law_violations(problem, p, gap);
+      const double before = best.residual, residual = violations.lpNorm<Eigen::Infinity>();
       if (residual < best.residual) best.p = p, best.gap = gap, best.residual = residual;
       const double round_off = std::min(gap_round_off(problem, p), 1e4 * tolerance);
       best.converged = residual <= tolerance + round_off || (residual <= 1e3 * tolerance && residual > 0.3 * before);
     }
-    violations = law_violations(problem, p, gap);
     merit = violations.norm(), violation = violations.lpNorm<Eigen::Infinity>();
+    if (!std::isfinite(violation)) break;
     set = contact_set(problem, p, gap);
     of.join(problem, g, p, gap, set);
   }

@@ -2,6 +2,7 @@
 // A sparse stand-in for the inverse of a Newton step's matrix, from each unknown's neighbours.
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "dynamics/contact/solve/closed_unknowns.hpp"
@@ -33,11 +34,18 @@ class LocalInverse {
   void build(const ClosedResponse& closed, const ClosedUnknowns& unknowns, const Neighbours& neighbours);
   void apply(FloatVector& x) const;  // x := G^T G x
 
- private:
-  void add_row(const ClosedResponse& closed, const ClosedUnknowns& unknowns);
+  // Earlier points in a row of G: more gained nothing (docs/decisions/contact-solver.md).
+  static constexpr int normal_neighbours = 5, tangential_neighbours = 4;
+  static constexpr int most_in_row = 2 * (tangential_neighbours + 1);
 
-  std::vector<Index> start_, column_, block_;
-  std::vector<float> value_;
+  struct Row {
+    int n = 0;
+    std::array<int, most_in_row> column;
+    std::array<float, most_in_row> value;
+  };
+
+ private:
+  std::vector<Row> rows_;
   mutable FloatVector y_;
 };
 

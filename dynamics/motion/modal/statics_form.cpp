@@ -16,15 +16,16 @@ namespace {
 constexpr std::size_t most_known = 6;  // of a few sets: step, last step, and one that an output cuts
 constexpr double least_share = 1e-12;  // of a row's compliance, that is left when others are held; less is round-off
 
-StaticRows rows_of_massless(const Superelement& s, const Matrix& F) {
+StaticRows rows_of_massless(const Superelement& s, std::shared_ptr<const Matrix> F) {
   Points direction = Points::Zero(s.c(), 3);
   for (Index i = 0; i < s.c(); ++i) direction(i, s.dof_component[i]) = 1;
-  return static_rows(s.dof_node, direction, F, s.coordinates.rows());
+  return static_rows(s.dof_node, direction, std::move(F), s.coordinates.rows());
 }
 
-StaticRows rows_of_characteristic(const Superelement& s) {
-  const StaticShare& statics = s.characteristic.statics;
-  return static_rows(statics.node, statics.direction, statics.F, s.coordinates.rows());
+// The matrix stays where it is, in the superelement.
+StaticRows rows_of_characteristic(const std::shared_ptr<const Superelement>& s) {
+  const StaticShare& statics = s->characteristic.statics;
+  return static_rows(statics.node, statics.direction, {s, &statics.F}, s->coordinates.rows());
 }
 
 // F - F_:j F_j: / F_jj: row j is held, and moves no more. A pivot below `least` is 0.
@@ -83,7 +84,7 @@ std::shared_ptr<const StaticsForm> held_massless(const Superelement& s, const St
   const Matrix V_c = free.modal.V.bottomRows(c), CV = C * V_c, DCV = D.solve(CV);
   Matrix F = s.massless.F - FC * D.solve(FC.transpose());
   F = 0.5 * (F + F.transpose()).eval();
-  form->rows = rows_of_massless(s, F);
+  form->rows = rows_of_massless(s, std::make_shared<const Matrix>(std::move(F)));
   const Matrix V_held = V_c - FC * DCV;
   Matrix K = CV.transpose() * DCV;
   K = 0.5 * (K + K.transpose()).eval();
@@ -105,7 +106,7 @@ std::shared_ptr<const StaticsForm> held_massless(const Superelement& s, const St
 
 }  // namespace
 
-StaticRows static_rows(const std::vector<Index>& node, const Points& direction, const Matrix& F, Index n) {
+StaticRows static_rows(const std::vector<Index>& node, const Points& direction, std::shared_ptr<const Matrix> F, Index n) {
   std::vector<Index> order(node.size());
   std::iota(order.begin(), order.end(), Index{0});
   std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return node[a] < node[b]; });
@@ -116,7 +117,7 @@ StaticRows static_rows(const std::vector<Index>& node, const Points& direction, 
   for (const Index at : node) ++rows.first[at + 1];
   std::partial_sum(rows.first.begin(), rows.first.end(), rows.first.begin());
   const bool sorted = std::is_sorted(order.begin(), order.end());
-  rows.F = std::make_shared<const Matrix>(sorted ? F : Matrix(F(order, order)));
+  rows.F = sorted ? std::move(F) : std::make_shared<const Matrix>((*F)(order, order));
   return rows;
 }
 
@@ -165,16 +166,18 @@ std::shared_ptr<const ThinResponse> StaticsForm::response(const std::shared_ptr<
   return response;
 }
 
-std::shared_ptr<const StaticsForm> free_statics_form(const Superelement& s, const std::string& where) {
+std::shared_ptr<const StaticsForm> free_statics_form(const std::shared_ptr<const Superelement>& superelement,
+                                                     const std::string& where) {
+  const Superelement& s = *superelement;
   auto form = std::make_shared<StaticsForm>();
   form->is_massless = s.is_massless();
   if (form->is_massless) {
     form->modal = form_of_modes(s, s.massless.V, "/massless/V", where);
-    form->rows = rows_of_massless(s, s.massless.F);
+    form->rows = rows_of_massless(s, {superelement, &s.massless.F});
     form->omega_limit = s.massless.omega_closed;
   } else {
     form->modal = free_characteristic_form(s, where);
-    form->rows = rows_of_characteristic(s);
+    form->rows = rows_of_characteristic(superelement);
     form->omega_limit = form->modal.omega.size() > 0 ? form->modal.omega.maxCoeff() : 0;
   }
   return form;

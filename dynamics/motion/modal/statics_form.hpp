@@ -50,11 +50,12 @@ struct StaticsForm {
 };
 
 // Rows in the order of their nodes (< n), whatever the order of `node`.
-StaticRows static_rows(const std::vector<Index>& node, const Points& direction, const Matrix& F, Index n);
+StaticRows static_rows(const std::vector<Index>& node, const Points& direction, std::shared_ptr<const Matrix> F, Index n);
 
 // Of basis massless, or characteristic with statics. InputError when the rigid modes do not agree with /rigid_body, named by
 // `where`.
-std::shared_ptr<const StaticsForm> free_statics_form(const Superelement& superelement, const std::string& where);
+std::shared_ptr<const StaticsForm> free_statics_form(const std::shared_ptr<const Superelement>& superelement,
+                                                     const std::string& where);
 // With held directions. Massless: their reactions are forces on an interface without inertia, so that they are eliminated as
 // contact is. Characteristic: coordinates are held as in held_characteristic_form(), and statics at held nodes are left out.
 std::shared_ptr<const StaticsForm> held_statics_form(const Superelement& superelement, const StaticsForm& free,

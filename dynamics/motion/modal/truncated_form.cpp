@@ -55,7 +55,7 @@ std::shared_ptr<const StaticsForm> truncated_form(double highest, const Diagonal
   Matrix F = Matrix::Zero(forces.size(), forces.size());
   F.selfadjointView<Eigen::Lower>().rankUpdate(G.transpose());
   mirror_lower(F);
-  form->rows = static_rows(forces.node, forces.direction, F, s.coordinates.rows());
+  form->rows = static_rows(forces.node, forces.direction, std::make_shared<const Matrix>(std::move(F)), s.coordinates.rows());
   form->omega_limit = n > 0 ? all.omega[n - 1] : 0;
   return form;
 }

@@ -260,8 +260,10 @@ TEST(Detection, TheGridLosesNothing) {
       for (int c = 0; c < 3; ++c) x[c] = size * unit(random);
       return x;
     };
-    disturb(slave, random, any(1.2), any(far));
-    disturb(master, random, any(0.2), any(far));
+    const Vector3 slave_step = any(far), slave_place = any(1.2);  // one by one: compilers differ in the order of arguments
+    disturb(slave, random, slave_place, slave_step);
+    const Vector3 master_step = any(far), master_place = any(0.2);
+    disturb(master, random, master_place, master_step);
     PairMemory memory, brute;
     brute.depth = 1e6;  // every box meets every other
     ContactList found, expected;
