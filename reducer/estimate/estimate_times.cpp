@@ -12,20 +12,27 @@
 namespace cbr {
 namespace {
 
-// Ordering and symbolic analysis, seconds for each non-zero of K: most of the time of a small factorisation.
-constexpr double analysis_seconds = 1.2e-7;
-// Shares of dgemm's rate.
-constexpr double factor_rate = 0.75, solve_rate = 0.5, product_rate = 0.8;
-// Solves of few columns at a time wait for the factor to come from memory; an inertia count.
-constexpr double narrow_solve_rate = 0.35, count_rate = 0.6;
+// Ordering, symbolic analysis and condition numbers, seconds for each non-zero of K: most of the time of a small factorisation.
+constexpr double analysis_seconds = 2e-7;
+// Shares of dgemm's rate (docs/benchmarks.md, "Reduction").
+constexpr double factor_rate = 0.5, solve_rate = 0.5, product_rate = 0.8, count_rate = 0.5;
+// Block Lanczos: solves of eight columns, which wait for the factor to come from memory, and products with the basis.
+constexpr double narrow_solve_rate = 0.5, orthonormalise_rate = 0.2;
+// Its vectors for k modes, and what of them where most modes are wanted in outline only. Free modes take so many each.
+constexpr double vectors_per_mode = 2.6, first_vectors = 190, in_outline = 0.8, vectors_per_free_mode = 4.5;
 // Of the 4 nnz(L) flops of a column of constraint modes, as the forward solve skips what K_IC does not reach; and of a second
 // solve.
 constexpr double solved_share = 0.8;
+// Condensation with the factorisation: of the factor's flops and of c^3, beyond those of the factor (counted: faces of blocks and of
+// an ordinary part).
+constexpr double front_share = 3.9, front_cube = 2.0;
 // Dense eigenproblems, in n^3 flops at dgemm's rate.
 constexpr double dense_standard = 10, dense_general = 20;
-// Block Lanczos: between four and five solves a mode, and the products that keep the basis orthonormal: 34 n k^2 flops at a fifth
-// of dgemm's rate, as the basis is read once for eight vectors.
-constexpr double solves_per_mode = 4.5, orthonormalise = 170;
+
+// Solves, and products with all vectors before, of so many vectors of n numbers.
+double lanczos_seconds(double vectors, double n, double factor_nonzeros, double flops) {
+  return 4 * vectors * factor_nonzeros / (narrow_solve_rate * flops) + 2 * n * vectors * vectors / (orthonormalise_rate * flops);
+}
 
 bool product_is_taken(const DomainEstimate& d, double memory) {
   return 8 * d.n_interior() * d.c() <= memory &&
@@ -36,16 +43,19 @@ double modes_seconds(const DomainEstimate& d, double flops) {
   const double n = d.n_interior(), k = static_cast<double>(d.n_candidates);
   if (k == 0 || n == 0) return 0;
   if (dense_is_faster(static_cast<Index>(n), d.n_candidates, d.factor_nonzeros)) return dense_standard * n * n * n / flops;
-  return solves_per_mode * 4 * k * d.factor_nonzeros / (narrow_solve_rate * flops) + orthonormalise * n * k * k / flops +
-         d.factor_flops / (count_rate * flops);
+  const double vectors = (vectors_per_mode * k + first_vectors) * (d.n_candidates > d.n_modes ? in_outline : 1);
+  return lanczos_seconds(std::min(vectors, n), n, d.factor_nonzeros, flops) + d.factor_flops / (count_rate * flops);
 }
 
-double condensation_seconds(const DomainEstimate& d, double memory, double flops) {
+// `by_fronts`: nothing reads the constraint modes.
+double condensation_seconds(const DomainEstimate& d, double memory, bool by_fronts, double flops) {
   const double solves = solved_share * 4 * d.factor_nonzeros * d.c() / (solve_rate * flops);
+  const double product = d.n_interior() * d.c() * d.c() / (product_rate * flops);
   const double coupling =
       std::min(2 * d.n_interior() * d.k() * d.c() / product_rate, 4 * d.factor_nonzeros * d.k() / solve_rate) / flops;
-  if (product_is_taken(d, memory)) return solves + coupling + d.n_interior() * d.c() * d.c() / (product_rate * flops);
-  return 2 * solves + coupling;
+  const double by_solves = solves + (product_is_taken(d, memory) ? product : solves);
+  const double fronts = (front_share * d.factor_flops + front_cube * std::pow(d.c(), 3)) / (factor_rate * flops);
+  return coupling + (by_fronts ? std::min(fronts, by_solves) : by_solves);
 }
 
 // Dense but for the elimination of the interior: its K is sparse by dense blocks, its M as well.
@@ -53,15 +63,14 @@ double second_seconds(const DomainEstimate& d, double flops) {
   const double n = d.n_interior(), c = d.c(), k = d.k();
   const double condensation =
       (4 * d.factor_nonzeros * c + 2 * n * k * c) / (solve_rate * flops) + n * c * c / (product_rate * flops);
-  const double modes = 4 * solves_per_mode * k * d.factor_nonzeros / (solve_rate * flops) + orthonormalise * n * k * k / flops;
+  const double modes = lanczos_seconds(vectors_per_mode * k + first_vectors, n, d.factor_nonzeros, flops);
   return d.factor_flops / (factor_rate * flops) + condensation + std::min(modes, dense_general * n * n * n / flops);
 }
 
 // The lowest elastic modes of the free component, and answers to the static forces.
 double shapes_seconds(const FewShapesEstimate& few, double n, double flops) {
-  const double looked_at = static_cast<double>(n_estimated);
-  return solves_per_mode * 4 * looked_at * few.whole_nonzeros / (narrow_solve_rate * flops) +
-         orthonormalise * n * looked_at * looked_at / flops + few.forces_flops / (solve_rate * flops);
+  const double looked_at = static_cast<double>(std::max(n_estimated, few.n_shapes - 6));
+  return lanczos_seconds(vectors_per_free_mode * looked_at, n, few.whole_nonzeros, flops) + few.forces_flops / (solve_rate * flops);
 }
 
 // Matrices, factor and, one after the other, a Krylov space and the statics.
@@ -88,7 +97,7 @@ PredictedTimes predicted_times(const Estimate& estimate, const MachineRates& rat
     t.factorisation += factor_flops / (factor_rate * rates.flops) + analysis_seconds * d.mesh_nonzeros;
     t.modes += modes_seconds(d, rates.flops);
     t.condensation += sparse ? shapes_seconds(*estimate.few_shapes, d.n_interior(), rates.flops)
-                             : condensation_seconds(d, memory, rates.flops);
+                             : condensation_seconds(d, memory, !estimate.has_recovery, rates.flops);
     blocks += step_entries(d);
   }
   if (estimate.second) blocks = step_entries(*estimate.second);
