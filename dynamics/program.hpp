@@ -9,7 +9,7 @@
 #include <string>
 
 #include "common/app/report.hpp"
-#include "dynamics/setup/component_model.hpp"
+#include "dynamics/setup/components/component_model.hpp"
 
 namespace cbr {
 

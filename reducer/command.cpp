@@ -6,7 +6,7 @@
 #include <map>
 #include <ostream>
 
-#include "common/app/program.hpp"
+#include "common/app/report.hpp"
 #include "common/base/error.hpp"
 #include "common/base/number_text.hpp"
 #include "common/files/hdf5_file.hpp"
@@ -23,8 +23,8 @@
 #include "reducer/domains/domains.hpp"
 #include "reducer/domains/second_reduction.hpp"
 #include "reducer/estimate/estimate.hpp"
-#include "reducer/exchange/export_superelement.hpp"
-#include "reducer/exchange/import.hpp"
+#include "reducer/exchange/export/export_superelement.hpp"
+#include "reducer/exchange/import/import.hpp"
 #include "reducer/modes/diagonal_form.hpp"
 #include "reducer/modes/interior_loads.hpp"
 #include "reducer/partition/geometry_body.hpp"

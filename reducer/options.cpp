@@ -7,8 +7,8 @@
 #include "common/app/program.hpp"
 #include "common/base/error.hpp"
 #include "reducer/command.hpp"
-#include "reducer/exchange/export_superelement.hpp"
-#include "reducer/exchange/import_matrices.hpp"
+#include "reducer/exchange/export/export_superelement.hpp"
+#include "reducer/exchange/import/import_matrices.hpp"
 
 namespace cbr {
 namespace {

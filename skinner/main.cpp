@@ -3,6 +3,7 @@
 
 #include "common/app/program.hpp"
 #include "common/linalg/blas_kernels.hpp"
+#include "common/linalg/blas_threads.hpp"
 #include "skinner/command.hpp"
 
 int main(int argc, char** argv) {

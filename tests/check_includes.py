@@ -4,8 +4,8 @@
 
 reducer, skinner and dynamics include common and themselves, never each other; common includes nothing above it; dynamics/contact sees
 no body; each third-party C header stands in one .cpp; only report.cpp and program.cpp print. Eigen's decompositions, which take the
-compiler seconds a file, stand in common/linalg, in tests too. Folders include what the table of docs/architecture.md says, all of it, and
-the files that it names exist. Exit 1 and a line per breach.
+compiler seconds a file, stand in common/linalg, in tests too. Folders include what the table of docs/architecture.md says, all of it, in
+the order of its rows; the arrows of its picture and the files that it names exist. Exit 1 and a line per breach.
 """
 import pathlib
 import re
@@ -46,6 +46,7 @@ def decompositions(name, text):
 
 
 ARCHITECTURE = ROOT / "docs" / "architecture.md"
+PICTURE_LINE = re.compile(r"^ (\w+)/ +(\w+(?: --> \w+)+)", re.M)
 TABLE_ROW = re.compile(r"^\| `([\w/]+)` \|[^|]*\|([^|]*)\|$", re.M)
 
 
@@ -63,6 +64,18 @@ def folder_includes():
     return found
 
 
+def picture(text, found):
+    """Arrows of the picture that no include follows; a folder stands for those inside it, too."""
+    def parts(folder):
+        return [name for name in found if name == folder or name.startswith(folder + "/")]
+
+    for top, chain in PICTURE_LINE.findall(text):
+        folders = [f"{'dynamics/' if top == 'contact' else ''}{top}/{name}" for name in re.split(r" --> ", chain)]
+        for start, end in zip(folders, folders[1:]):
+            if not any(target in found[name] for name in parts(start) for target in parts(end)):
+                yield f"docs/architecture.md: the picture has {start} --> {end}, which no file there includes"
+
+
 def architecture(text, found):
     """Breaches between the table of docs/architecture.md and folder_includes()."""
     table = {folder: set(re.findall(r"`([\w/]+)`", row)) for folder, row in TABLE_ROW.findall(text)}
@@ -75,6 +88,11 @@ def architecture(text, found):
             yield f"{found[folder][target]}: {folder} includes {target}, which its row in docs/architecture.md does not allow"
         for target in sorted(table[folder] - found[folder].keys()):
             yield f"docs/architecture.md: the row of {folder} allows {target}, which no file there includes"
+    rows = list(table)
+    for i, folder in enumerate(rows):
+        for target in sorted(table[folder] & set(rows[i + 1:])):
+            yield f"docs/architecture.md: {folder} includes {target}, whose row is below its own"
+    yield from picture(text, found)
     for name in re.findall(r"`((?:%s)/[\w/]+\.[ch]pp)`" % "|".join(PARTS), text):
         if not (ROOT / name).exists():
             yield f"docs/architecture.md: names {name}, which does not exist"

@@ -6,7 +6,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <atomic>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
@@ -16,31 +15,12 @@
 #include <new>
 
 #include "common/base/error.hpp"
+#include "common/base/version.hpp"
 #include "common/files/output_file.hpp"
 #include "common/linalg/blas_threads.hpp"
 
-// Of OpenBLAS; not in cblas.h of every version.
-extern "C" {
-void openblas_set_num_threads(int n);
-int openblas_get_num_threads(void);
-}
-
 namespace cbr {
 namespace {
-
-// "At most so many": more than any machine of today gains from, fewer than a system refuses to start.
-constexpr int most_threads = 256;
-
-// What OpenBLAS found when the program started: the processors of this process, or OPENBLAS_NUM_THREADS.
-int initial_threads() {
-  static const int n = openblas_get_num_threads();
-  return n;
-}
-
-std::atomic<int>& bound() {
-  static std::atomic<int> n{initial_threads()};
-  return n;
-}
 
 const char* signal_name(int number) {
   return number == SIGINT ? "SIGINT" : number == SIGTERM ? "SIGTERM" : number == SIGHUP ? "SIGHUP" : "a signal";
@@ -196,14 +176,6 @@ void add_common_options(CLI::App& app, CommonOptions& options) {
   app.parse_complete_callback([&options] { set_threads(options.threads); });
 }
 
-void set_threads(int threads) {
-  const int wanted = std::min(threads > 0 ? threads : initial_threads(), most_threads);
-  bound() = wanted;
-  openblas_set_num_threads(wanted);
-}
-
-int n_threads() { return bound(); }
-
 int run_program(CLI::App& app, int argc, char** argv, const std::function<void()>& body) {
   const std::string program = program_name(app, argc, argv);
   name_for_handler[program.copy(name_for_handler, sizeof name_for_handler - 1)] = '\0';
@@ -220,7 +192,7 @@ int run_program(CLI::App& app, int argc, char** argv, const std::function<void()
     app.exit(error);  // --help, --version
     return finish(program, 0);
   }
-  if (const std::string no_room = reserve_blas_memory(n_threads(), initial_threads()); !no_room.empty()) {
+  if (const std::string no_room = reserve_blas_memory(); !no_room.empty()) {
     print_error(program, no_room);
     std::_Exit(1);
   }
@@ -238,7 +210,5 @@ std::string NotedSignals::name() const { return signal_name(noted); }
 std::ostream* filter_output() { return ::isatty(STDOUT_FILENO) == 1 ? nullptr : &std::cout; }
 
 std::ostream& table_output() { return std::cout; }
-
-const char* version() { return CBR_VERSION; }
 
 }  // namespace cbr

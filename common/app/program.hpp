@@ -29,10 +29,6 @@ void add_common_options(CLI::App& app, CommonOptions& options);
 // For an option: "'x' is not a number of threads, give a whole number from 1".
 CLI::Validator whole_number(const std::string& of_what, int least);
 
-// Bounds the threads of BLAS (and of ours) to `threads`, 0: all processors.
-void set_threads(int threads);
-int n_threads();
-
 // Parses, runs `body`, maps the outcome to the exit code: 0 done, 1 RunError or an unexpected exception, 2 InputError or usage.
 int run_program(CLI::App& app, int argc, char** argv, const std::function<void()>& body);
 
@@ -53,7 +49,5 @@ std::ostream* filter_output();
 
 // stdout, for what a command is asked to print, as a table.
 std::ostream& table_output();
-
-const char* version();  // "0.1.0"
 
 }  // namespace cbr

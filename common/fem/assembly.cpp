@@ -8,11 +8,10 @@
 #include <cstdio>
 #include <functional>
 
-#include "common/app/program.hpp"
 #include "common/base/error.hpp"
 #include "common/base/number_text.hpp"
 #include "common/base/parallel.hpp"
-#include "common/scene/left_out_blocks.hpp"
+#include "common/linalg/blas_threads.hpp"
 
 namespace cbr {
 namespace {

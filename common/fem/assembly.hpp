@@ -24,6 +24,11 @@ struct FiniteElementModel {
   std::vector<Index> row;    // inverse: per mesh node its i, or -1
 };
 
+// What is wrong with a mesh of shells and beams alone, and what to do.
+inline constexpr const char* no_volume_elements =
+    "the mesh has no volume elements (hexes, tetrahedra, wedges, pyramids): there is nothing to compute; gmsh writes only what is "
+    "in physical groups once there is one: add Physical Volume(\"part\") = {TAG}, and mesh with gmsh -3";
+
 // One BlockProperties per mesh block (those of two-dimensional blocks are ignored: shells and skins have no volume).
 // InputError: an inverted or degenerate element by its id, block and file-independent reason; a mesh without volume elements.
 FiniteElementModel assemble(const Mesh& mesh, const std::vector<BlockProperties>& properties, MassKind mass);

@@ -5,6 +5,7 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <atomic>
 #include <mutex>
 #include <vector>
 
@@ -28,14 +29,37 @@ std::mutex lock;
 int n_alive = 0, threads_before = 1;
 int spared = 0, n_raised = 0;  // threads for large work alone; 0: BLAS has them always
 
+// More than any machine of today gains from, fewer than a system refuses to start.
+constexpr int most_threads = 256;
+
+// What OpenBLAS found when the program started: the processors of this process, or OPENBLAS_NUM_THREADS.
+int initial_threads() {
+  static const int n = openblas_get_num_threads();
+  return n;
+}
+
+std::atomic<int>& bound() {
+  static std::atomic<int> n{initial_threads()};
+  return n;
+}
+
 }  // namespace
+
+void set_threads(int threads) {
+  const int wanted = std::min(threads > 0 ? threads : initial_threads(), most_threads);
+  bound() = wanted;
+  openblas_set_num_threads(wanted);
+}
+
+int n_threads() { return bound(); }
 
 void rest_blas_threads() {
   const std::scoped_lock guard(lock);
   if (blas_thread_shutdown_ != nullptr) blas_thread_shutdown_();
 }
 
-std::string reserve_blas_memory(int threads, int started) {
+std::string reserve_blas_memory() {
+  const int threads = n_threads(), started = initial_threads();
   constexpr double buffer = 144e6;  // the largest of its kernels takes 134 MB
   rlimit limit{};
   if (blas_memory_alloc == nullptr || blas_memory_free == nullptr) return "";

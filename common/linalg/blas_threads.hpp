@@ -8,6 +8,10 @@
 
 namespace cbr {
 
+// Bounds the threads of BLAS (and of ours) to `threads`, 0: all processors.
+void set_threads(int threads);
+int n_threads();
+
 // BLAS with one thread while several of ours call it. Objects may overlap, in one thread or in many: the last to go restores what
 // the first one found.
 class SingleThreadedBlas {
@@ -22,10 +26,10 @@ class SingleThreadedBlas {
 // them starts them again, as does a change of their number. Where BLAS is not OpenBLAS nothing is done.
 void rest_blas_threads();
 
-// Where the address space is limited (ulimit -v): takes the buffers of `threads` callers of BLAS and one more now, as OpenBLAS,
-// when it gets none, asks again for ever; its own threads, of which there are `started`, do so from the first. Empty, or why there
-// is no room for all of them: then the process can end by std::_Exit() alone.
-std::string reserve_blas_memory(int threads, int started);
+// Where the address space is limited (ulimit -v): takes the buffers of n_threads() callers of BLAS and one more now, as OpenBLAS,
+// when it gets none, asks again for ever; so do its own threads, which it starts with the program. Empty, or why there is no room
+// for all of them: then the process can end by std::_Exit() alone.
+std::string reserve_blas_memory();
 
 // From here on BLAS has one thread, and `threads` only in the life of a BlasForWork that is worth them: for a program whose own
 // threads do most of the work. 0: BLAS has its threads again whenever nobody takes them.

@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "common/app/program.hpp"
 #include "common/base/row_threads.hpp"
 #include "common/linalg/blas_threads.hpp"
 

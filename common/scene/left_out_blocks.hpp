@@ -10,11 +10,6 @@
 
 namespace cbr {
 
-// What is wrong with a mesh of nothing else, and what to do.
-inline constexpr const char* no_volume_elements =
-    "the mesh has no volume elements (hexes, tetrahedra, wedges, pyramids): there is nothing to compute; gmsh writes only what is "
-    "in physical groups once there is one: add Physical Volume(\"part\") = {TAG}, and mesh with gmsh -3";
-
 // InputError when the scene gives a material or an element to such a block.
 void refuse_left_out_blocks(const Component& component, const Mesh& mesh);
 

@@ -7,8 +7,8 @@
 #include <limits>
 #include <utility>
 
-#include "common/app/program.hpp"
 #include "common/base/error.hpp"
+#include "common/base/version.hpp"
 #include "common/superelement/superelement_check.hpp"
 #include "common/superelement/superelement_extras.hpp"
 

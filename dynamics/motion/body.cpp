@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "common/base/error.hpp"
+#include "common/files/state_archive.hpp"
 
 namespace cbr {
 
@@ -60,5 +61,18 @@ NodeResponse Body::velocity_response(Index) const {
 }
 
 void Body::add_end_impulses(Index, const Points&, ImpulseKind) { assert(false && "only bodies under newmark take them"); }
+
+void keep_state(StateArchive& archive, BodyState& state) {
+  archive(state.center_of_mass, state.momentum, state.angular_momentum, state.kinetic_energy, state.strain_energy);
+  archive(state.rotation, state.scaled_energy);
+  bool turns = state.orientation.has_value();
+  archive(turns);
+  if (!turns) return;
+  Eigen::Vector4d orientation = state.orientation.value_or(Eigen::Vector4d::Zero());
+  archive(orientation);
+  state.orientation = orientation;
+}
+
+void keep_state(StateArchive& archive, BodyWork& work) { archive(work.external, work.contact, work.friction, work.damping, work.numerical); }
 
 }  // namespace cbr

@@ -10,8 +10,8 @@
 
 #include "common/base/types.hpp"
 #include "common/scene/scene.hpp"
+#include "dynamics/contact/nodes/node_response.hpp"
 #include "dynamics/contact/surfaces/motion_bound.hpp"
-#include "dynamics/contact/surfaces/node_response.hpp"
 #include "dynamics/motion/damping.hpp"
 #include "dynamics/motion/load_history.hpp"
 

@@ -13,7 +13,7 @@ namespace cbr {
 //   v_{n+1} = 2 / h (u_{n+1} - u_n) - v_n - alpha^2 / 2 h (a_{n+1} - a_n).
 // The impulse's work is p . G (u_{n+1} - u_n) / h: where the gap at the end is nil, -p g_n / h, never above 0, at any step. (A kick
 // at the start, as under central differences, brings energy above the critical step: several times that of an impact at 10 to 20 of
-// it.) Velocities of what is closed are settled afterwards, see settle_velocities() of contact/enforcement.hpp.
+// it.) Velocities of what is closed are settled afterwards, see settle_velocities() of dynamics/contact/enforce/enforcement.hpp.
 struct NewmarkOptions {
   double alpha = 0;
   double beta() const { return 0.25 * (1 - alpha) * (1 - alpha); }

@@ -10,7 +10,7 @@
 
 #include "common/files/state_archive.hpp"
 #include "common/scene/scene.hpp"
-#include "dynamics/setup/component_model.hpp"
+#include "dynamics/setup/components/component_model.hpp"
 
 namespace cbr {
 

@@ -7,8 +7,8 @@
 #include <numeric>
 #include <set>
 
-#include "common/app/program.hpp"
 #include "common/base/error.hpp"
+#include "common/base/version.hpp"
 #include "common/files/hdf5_file.hpp"
 #include "common/files/output_file.hpp"
 #include "common/mesh/io/exodus_results.hpp"

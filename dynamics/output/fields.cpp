@@ -11,14 +11,15 @@
 #include <set>
 #include <sstream>
 
-#include "common/app/program.hpp"
+#include "common/app/report.hpp"
 #include "common/base/error.hpp"
+#include "common/base/version.hpp"
 #include "common/fem/stress_values.hpp"
 #include "common/files/output_file.hpp"
 #include "dynamics/output/exodus_fields.hpp"
 #include "dynamics/output/output_names.hpp"
 #include "dynamics/output/xdmf.hpp"
-#include "dynamics/setup/superelement_alone.hpp"
+#include "dynamics/setup/components/superelement_alone.hpp"
 
 namespace cbr {
 namespace {

@@ -13,8 +13,8 @@
 #include "common/app/report.hpp"
 #include "common/files/hdf5_file.hpp"
 #include "dynamics/output/field_hash.hpp"
-#include "dynamics/setup/build.hpp"
-#include "dynamics/setup/instance_elements.hpp"
+#include "dynamics/setup/built/built_scene.hpp"
+#include "dynamics/setup/built/instance_elements.hpp"
 
 namespace cbr {
 

@@ -3,8 +3,9 @@
 
 #include <fstream>
 
-#include "common/app/program.hpp"
+#include "common/app/report.hpp"
 #include "common/base/error.hpp"
+#include "common/base/version.hpp"
 #include "common/files/hdf5_file.hpp"
 #include "common/files/output_file.hpp"
 #include "dynamics/output/fields.hpp"

@@ -5,8 +5,8 @@
 #include <filesystem>
 
 #include "common/app/report.hpp"
-#include "dynamics/setup/harmonic.hpp"
-#include "dynamics/setup/scene_modes.hpp"
+#include "dynamics/setup/modal/harmonic.hpp"
+#include "dynamics/setup/modal/scene_modes.hpp"
 
 namespace cbr {
 

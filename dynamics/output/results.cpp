@@ -4,8 +4,9 @@
 #include <chrono>
 #include <sstream>
 
-#include "common/app/program.hpp"
+#include "common/app/report.hpp"
 #include "common/base/error.hpp"
+#include "common/base/version.hpp"
 #include "common/fem/stress_values.hpp"
 #include "common/files/hdf5_file.hpp"
 

@@ -10,21 +10,22 @@
 #include <unordered_set>
 #include <utility>
 
-#include "common/app/program.hpp"
+#include "common/app/report.hpp"
 #include "common/base/error.hpp"
+#include "common/linalg/blas_threads.hpp"
 #include "common/scene/scene_uses.hpp"
 #include "common/scene/scene_words.hpp"
-#include "dynamics/setup/contact_setup.hpp"
-#include "dynamics/setup/instance_body.hpp"
-#include "dynamics/setup/instance_damping.hpp"
-#include "dynamics/setup/links.hpp"
+#include "dynamics/setup/bodies/instance_body.hpp"
+#include "dynamics/setup/bodies/instance_damping.hpp"
+#include "dynamics/setup/bodies/turning.hpp"
+#include "dynamics/setup/components/skin_shells.hpp"
+#include "dynamics/setup/components/superelement_alone.hpp"
+#include "dynamics/setup/contact/contact_setup.hpp"
+#include "dynamics/setup/contact/links.hpp"
+#include "dynamics/setup/contact/starting_overlap.hpp"
 #include "dynamics/setup/scene_warnings.hpp"
-#include "dynamics/setup/skin_shells.hpp"
-#include "dynamics/setup/starting_overlap.hpp"
 #include "dynamics/setup/statics_setup.hpp"
 #include "dynamics/setup/stress_setup.hpp"
-#include "dynamics/setup/superelement_alone.hpp"
-#include "dynamics/setup/turning.hpp"
 
 namespace cbr {
 namespace {

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "common/app/report.hpp"
-#include "dynamics/setup/build.hpp"
+#include "dynamics/setup/built/built_scene.hpp"
 
 namespace cbr {
 

@@ -9,7 +9,7 @@
 #include "common/base/error.hpp"
 #include "common/fem/elements/nodal_stress.hpp"
 #include "common/fem/stress_values.hpp"
-#include "dynamics/setup/instance_elements.hpp"
+#include "dynamics/setup/built/instance_elements.hpp"
 
 namespace cbr {
 namespace {

@@ -3,8 +3,8 @@
 #pragma once
 
 #include "common/scene/scene.hpp"
-#include "dynamics/setup/build.hpp"
-#include "dynamics/setup/scene_index.hpp"
+#include "dynamics/setup/built/built_scene.hpp"
+#include "dynamics/setup/components/scene_index.hpp"
 
 namespace cbr {
 

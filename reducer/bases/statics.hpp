@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "common/fem/static_forces.hpp"
 #include "common/linalg/sparse/sparse_cholesky.hpp"
 #include "common/scene/scene.hpp"
+#include "common/scene/static_forces.hpp"
 #include "common/superelement/superelement.hpp"
 #include "reducer/partition/rigid_motions.hpp"
 

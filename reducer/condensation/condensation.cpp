@@ -7,7 +7,7 @@
 #include <mutex>
 #include <numeric>
 
-#include "common/app/program.hpp"
+#include "common/app/report.hpp"
 #include "common/base/error.hpp"
 #include "common/base/parallel.hpp"
 #include "common/linalg/blas_threads.hpp"

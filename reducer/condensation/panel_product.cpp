@@ -5,8 +5,8 @@
 #include <numeric>
 #include <utility>
 
-#include "common/app/program.hpp"
 #include "common/base/parallel.hpp"
+#include "common/linalg/blas_threads.hpp"
 
 namespace cbr {
 namespace {

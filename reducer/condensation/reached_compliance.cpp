@@ -5,7 +5,6 @@
 #include <atomic>
 #include <vector>
 
-#include "common/app/program.hpp"
 #include "common/base/parallel.hpp"
 #include "common/linalg/blas_threads.hpp"
 #include "reducer/condensation/condensation.hpp"

@@ -7,10 +7,11 @@
 #include <map>
 #include <set>
 
-#include "common/app/program.hpp"
+#include "common/app/report.hpp"
 #include "common/base/error.hpp"
 #include "common/base/parallel.hpp"
 #include "common/fem/connected_parts.hpp"
+#include "common/linalg/blas_threads.hpp"
 #include "common/linalg/dense_factor.hpp"
 #include "reducer/condensation/panel_memory.hpp"
 #include "reducer/domains/decomposition.hpp"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/app/program.hpp"
+#include "common/linalg/blas_threads.hpp"
 #include "reducer/condensation/condensation.hpp"
 #include "reducer/estimate/estimate.hpp"
 #include "reducer/judgement/accuracy.hpp"

@@ -6,7 +6,6 @@
 #include <functional>
 #include <limits>
 
-#include "common/app/program.hpp"
 #include "common/base/types.hpp"
 #include "common/linalg/blas_threads.hpp"
 

@@ -52,20 +52,6 @@ double mass_norm(const Superelement& s, const Vector& D) {
   return largest;
 }
 
-template <typename Rows>
-RigidResidual worst_row(Index n, const Matrix& R, Rows absolute_sum, const Matrix& KR) {
-  RigidResidual worst;
-  const Eigen::RowVectorXd size = R.cwiseAbs().colwise().maxCoeff();
-  for (Index i = 0; i < n; ++i) {
-    for (Index c = 0; c < R.cols(); ++c) {
-      const double scale = absolute_sum(i) * size(c);
-      const double share = scale > 0 ? std::abs(KR(i, c)) / scale : 0.0;
-      if (share > worst.value) worst = {share, i};
-    }
-  }
-  return worst;
-}
-
 // M_cc - M_kc^T M_kc   (c x c)
 Matrix residual_mass(const Superelement& s) {
   Matrix M_res = s.M_cc;
@@ -150,21 +136,6 @@ void require_independent(const Partition& p, const Matrix& Phi, const ModeCheck&
       "fixed-interface modes %lld and %lld are not independent of each other (Phi^T M Phi is %.2g between them, not "
       "0): the eigensolver has found one twice; ask for a few more or fewer modes",
       static_cast<long long>(std::min(other, check.worst) + 1), static_cast<long long>(std::max(other, check.worst) + 1), share));
-}
-
-RigidResidual rigid_residual(const SparseMatrix& K, const Matrix& R) {
-  Vector sums = Vector::Zero(K.rows());
-  for (Index j = 0; j < K.cols(); ++j)
-    for (SparseMatrix::InnerIterator it(K, j); it; ++it) sums(it.row()) += std::abs(it.value());
-  return worst_row(
-      K.rows(), R, [&](Index i) { return sums(i); }, K * R);
-}
-
-RigidResidual rigid_residual(const Matrix& K, const Matrix& R) {
-  // Rows may be 0 but for round-off: what is not stiff at all is measured by what is stiffest.
-  const double largest = K.rows() > 0 ? K.cwiseAbs().rowwise().sum().maxCoeff() : 0.0;
-  return worst_row(
-      K.rows(), R, [&](Index) { return largest; }, K * R);
 }
 
 SoftestMotion softest_motion(Matrix K, const Matrix& R) {

@@ -21,15 +21,6 @@ ConditionNumbers reduced_mass_condition(const Superelement& superelement);
 // known.
 ModeCheck check_modes(const Partition& partition, const Vector& lambda, const Matrix& Phi);
 
-// Largest |sum_j K_ij r_j| of sum_j |K_ij| max |r| over the rows and the columns r of R (rigid motions), and its row. Of a dense,
-// reduced K the largest sum of all rows counts.
-struct RigidResidual {
-  double value = 0;
-  Index row = -1;
-};
-RigidResidual rigid_residual(const SparseMatrix& K, const Matrix& R);
-RigidResidual rigid_residual(const Matrix& K, const Matrix& R);
-
 // A motion that the reduced stiffness K_cc (c x c) hardly resists beside the rigid ones, the columns of R (c x r): the least
 // x^T D K D x found by inverse iteration, |x| = 1, D = diag(K)^-1/2, x orthogonal to the rigid motions; and the dof that it moves
 // most. What modes add is stiff. c^3 / 3 flops and a second c x c matrix.

@@ -8,7 +8,6 @@
 #include "common/base/error.hpp"
 #include "common/fem/connected_parts.hpp"
 #include "common/linalg/dense.hpp"
-#include "common/scene/left_out_blocks.hpp"
 
 namespace cbr {
 namespace {

@@ -10,7 +10,6 @@
 #include "common/fem/assembly.hpp"
 #include "common/linalg/dense.hpp"
 #include "common/linalg/dense_factor.hpp"
-#include "reducer/judgement/condition.hpp"
 #include "reducer/partition/partition.hpp"
 
 namespace cbr {
@@ -70,6 +69,20 @@ SparseMatrix block_diagonal(const std::vector<Matrix>& blocks) {
         triplets.emplace_back(6 * static_cast<Index>(b) + i, 6 * static_cast<Index>(b) + j, blocks[b](i, j));
   const auto n = 6 * static_cast<Index>(blocks.size());
   return sparse(n, n, triplets);
+}
+
+template <typename Rows>
+RigidResidual worst_row(Index n, const Matrix& R, Rows absolute_sum, const Matrix& KR) {
+  RigidResidual worst;
+  const Eigen::RowVectorXd size = R.cwiseAbs().colwise().maxCoeff();
+  for (Index i = 0; i < n; ++i) {
+    for (Index c = 0; c < R.cols(); ++c) {
+      const double scale = absolute_sum(i) * size(c);
+      const double share = scale > 0 ? std::abs(KR(i, c)) / scale : 0.0;
+      if (share > worst.value) worst = {share, i};
+    }
+  }
+  return worst;
 }
 
 // R <- R L^-T with R^T M R = L L^T; twice, as the first pass leaves cond(L) times round-off.
@@ -156,6 +169,21 @@ RigidMotions rigid_motions(const Partition& p, const Points& x_I, const std::vec
   rigid.P_C = SparseMatrix(SparseMatrix(p.M_IC.transpose()) * rigid.R_I) + SparseMatrix(p.M_CC * rigid.R_C);
   orthonormalise(rigid);
   return rigid;
+}
+
+RigidResidual rigid_residual(const SparseMatrix& K, const Matrix& R) {
+  Vector sums = Vector::Zero(K.rows());
+  for (Index j = 0; j < K.cols(); ++j)
+    for (SparseMatrix::InnerIterator it(K, j); it; ++it) sums(it.row()) += std::abs(it.value());
+  return worst_row(
+      K.rows(), R, [&](Index i) { return sums(i); }, K * R);
+}
+
+RigidResidual rigid_residual(const Matrix& K, const Matrix& R) {
+  // Rows may be 0 but for round-off: what is not stiff at all is measured by what is stiffest.
+  const double largest = K.rows() > 0 ? K.cwiseAbs().rowwise().sum().maxCoeff() : 0.0;
+  return worst_row(
+      K.rows(), R, [&](Index) { return largest; }, K * R);
 }
 
 RigidFigures follow_rigid_motions(const RigidMotions& rigid, const Matrix& m, Matrix& K_cc, Matrix& M_cc) {

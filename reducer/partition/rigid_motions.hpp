@@ -24,6 +24,15 @@ struct RigidMotions {
 RigidMotions rigid_motions(const Partition& p, const Points& x_I, const std::vector<Index>& part_I, Index first_I,
                            const Points& x_C, const std::vector<Index>& part_C);
 
+// Largest |sum_j K_ij r_j| of sum_j |K_ij| max |r| over the rows and the columns r of R (rigid motions), and its row. Of a dense,
+// reduced K the largest sum of all rows counts.
+struct RigidResidual {
+  double value = 0;
+  Index row = -1;
+};
+RigidResidual rigid_residual(const SparseMatrix& K, const Matrix& R);
+RigidResidual rigid_residual(const Matrix& K, const Matrix& R);
+
 // How far from rigid a rigid motion of the interface was before it was put right, and is after it.
 struct RigidFigures {
   double lag = 0;    // of the inertia of T R_C, T = [Psi; 1]: largest entry of R^T M T R_C - 1 and of (T R_C)^T M (T R_C) - 1

@@ -9,7 +9,7 @@
 
 #include "common/linalg/dense.hpp"
 #include "common/superelement/superelement.hpp"
-#include "dynamics/output/basis_energy.hpp"
+#include "dynamics/output/summary/basis_energy.hpp"
 #include "tests/support/scene_run.hpp"
 
 namespace cbr {

@@ -8,7 +8,7 @@
 #include "common/linalg/dense.hpp"
 #include "common/mesh/surface.hpp"
 #include "dynamics/contact/search/mortar.hpp"
-#include "dynamics/setup/contact_faces.hpp"
+#include "dynamics/setup/components/contact_faces.hpp"
 #include "tests/support/bars.hpp"
 #include "tests/support/solve.hpp"
 #include "tests/unit/common/elements/box_mesh.hpp"

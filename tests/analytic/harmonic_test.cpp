@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // cbr-dyn --sweep against a dense solution of the whole mesh: (K + i w C - w^2 M) u = f.
-#include "dynamics/setup/harmonic.hpp"
+#include "dynamics/setup/modal/harmonic.hpp"
 
 #include <gtest/gtest.h>
 

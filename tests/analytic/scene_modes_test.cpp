@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // cbr-dyn --modes: frequencies and damping ratios of held and free instances, superelements against meshes and closed forms.
-#include "dynamics/setup/scene_modes.hpp"
+#include "dynamics/setup/modal/scene_modes.hpp"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "dynamics/setup/instance_elements.hpp"
+#include "dynamics/setup/built/instance_elements.hpp"
 #include "tests/support/solve.hpp"
 #include "tests/unit/common/elements/box_mesh.hpp"
 

@@ -15,9 +15,9 @@
 #include <string>
 #include <vector>
 
-#include "common/app/program.hpp"
 #include "common/base/parallel.hpp"
 #include "common/linalg/blas_kernels.hpp"
+#include "common/linalg/blas_threads.hpp"
 #include "dynamics/contact/enforce/enforcement.hpp"
 #include "dynamics/contact/search/mortar.hpp"
 #include "dynamics/run/contact_step.hpp"

@@ -11,7 +11,7 @@
 
 #include "common/linalg/blas_kernels.hpp"
 #include "dynamics/contact/solve/block_gauss_seidel.hpp"
-#include "dynamics/contact/solve/contact_newton.hpp"
+#include "dynamics/contact/solve/newton/contact_newton.hpp"
 #include "dynamics/contact/solve/projected_gradients.hpp"
 #include "tests/unit/dynamics/contact_problems.hpp"
 

@@ -12,10 +12,10 @@
 #include <cstdlib>
 #include <vector>
 
-#include "common/app/program.hpp"
 #include "common/base/parallel.hpp"
 #include "common/base/types.hpp"
 #include "common/linalg/blas_kernels.hpp"
+#include "common/linalg/blas_threads.hpp"
 
 namespace {
 

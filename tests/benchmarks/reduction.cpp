@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "common/app/program.hpp"
+#include "common/app/report.hpp"
 #include "common/linalg/blas_kernels.hpp"
 #include "reducer/bases/reduce.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"

@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <optional>
 
-#include "common/app/program.hpp"
+#include "common/app/report.hpp"
 #include "common/base/error.hpp"
 #include "common/files/hdf5_file.hpp"
+#include "common/linalg/blas_threads.hpp"
 #include "dynamics/output/checkpoint.hpp"
 #include "dynamics/program.hpp"
 #include "tests/fuzz/hdf5_edits.hpp"

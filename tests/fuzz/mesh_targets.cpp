@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "common/app/program.hpp"
 #include "common/base/error.hpp"
 #include "common/fem/assembly.hpp"
+#include "common/linalg/blas_threads.hpp"
 #include "common/mesh/mesh.hpp"
 #include "common/superelement/sierra_superelement.hpp"
 #include "tests/fuzz/scratch_folder.hpp"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "common/app/program.hpp"
 #include "common/base/error.hpp"
+#include "common/linalg/blas_threads.hpp"
 #include "tests/formats/sample_superelement.hpp"
 #include "tests/fuzz/read_superelement.hpp"
 #include "tests/fuzz/scratch_folder.hpp"

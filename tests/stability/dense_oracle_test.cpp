@@ -7,7 +7,7 @@
 #include <cmath>
 #include <vector>
 
-#include "dynamics/setup/geometry.hpp"
+#include "dynamics/setup/components/geometry.hpp"
 #include "tests/stability/dense_scene.hpp"
 #include "tests/stability/seeds.hpp"
 

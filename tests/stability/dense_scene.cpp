@@ -7,7 +7,7 @@
 
 #include "common/fem/elements/shell.hpp"
 #include "common/linalg/dense.hpp"
-#include "dynamics/setup/geometry.hpp"
+#include "dynamics/setup/components/geometry.hpp"
 
 namespace cbr::test {
 namespace {

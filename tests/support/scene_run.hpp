@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "common/app/program.hpp"
+#include "common/linalg/blas_threads.hpp"
 #include "common/mesh/mesh.hpp"
 #include "common/scene/scene.hpp"
 #include "dynamics/run/simulation.hpp"

@@ -8,7 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include "common/app/program.hpp"
 #include "common/base/row_threads.hpp"
 #include "common/linalg/blas_threads.hpp"
 #include "common/linalg/dense.hpp"

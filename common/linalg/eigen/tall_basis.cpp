@@ -6,8 +6,8 @@
 #include <cassert>
 #include <functional>
 
-#include "common/app/program.hpp"
 #include "common/base/row_threads.hpp"
+#include "common/linalg/blas_threads.hpp"
 #include "common/linalg/huge_pages.hpp"
 #include "common/linalg/narrow_product.hpp"
 

@@ -5,7 +5,6 @@
 #include <numeric>
 #include <utility>
 
-#include "common/app/program.hpp"
 #include "common/base/parallel.hpp"
 #include "common/linalg/blas_threads.hpp"
 #include "common/linalg/huge_pages.hpp"

@@ -5,8 +5,8 @@
 
 #include <atomic>
 
-#include "common/app/program.hpp"
 #include "common/base/row_threads.hpp"
+#include "common/linalg/blas_threads.hpp"
 
 namespace cbr {
 namespace {

@@ -13,7 +13,6 @@
 #include <new>
 #include <vector>
 
-#include "common/app/program.hpp"
 #include "common/base/error.hpp"
 #include "common/base/machine_memory.hpp"
 #include "common/base/parallel.hpp"

@@ -3,31 +3,7 @@
 
 namespace cbr {
 
-void keep_state(StateArchive& archive, Box& box) { archive(box.lower, box.upper); }
-
-void keep_state(StateArchive& archive, MotionBound& bound) {
-  archive(bound.lower, bound.upper, bound.lower_speed, bound.upper_speed, bound.growth, bound.acceleration);
-}
-
-void keep_state(StateArchive& archive, ContactTerm& term) { archive(term.body, term.node, term.coefficient); }
-
-void keep_state(StateArchive& archive, ContactPoint& point) {
-  archive(point.frame, point.gap, point.start_gap, point.area, point.slot, point.face);
-  archive(point.first_term, point.n_terms, point.n_slave_terms);
-}
-
-void keep_state(StateArchive& archive, ContactList& list) { archive(list.points, list.terms); }
-
-void keep_state(StateArchive& archive, PointLaw& law) { archive(law.law, law.friction); }
-
 void keep_state(StateArchive& archive, PointKey& key) { archive(key.slave, key.master, key.slot, key.node, key.ordinal, key.law); }
-
-void keep_state(StateArchive& archive, GapResponse& W) { archive(W.is_sparse, W.dense, W.sparse); }
-
-void keep_state(StateArchive& archive, PairMemory& memory) {
-  archive(memory.face, memory.known_face, memory.further_faces, memory.offset, memory.impulse, memory.elastic_slip, memory.near);
-  archive(memory.has_points, memory.adjust, memory.initial_overlap, memory.initial_gap, memory.depth, memory.drift_taken);
-}
 
 void keep_state(StateArchive& archive, PenaltyMemory& memory) { archive(memory.stiffness, memory.dashpot, memory.n_seen); }
 

@@ -5,20 +5,11 @@
 
 #include "common/files/state_archive.hpp"
 #include "dynamics/contact/enforce/enforcement.hpp"
-#include "dynamics/contact/search/detection.hpp"
-#include "dynamics/contact/surfaces/motion_bound.hpp"
+#include "dynamics/contact/laws/keep_state.hpp"
 
 namespace cbr {
 
-void keep_state(StateArchive& archive, Box& box);
-void keep_state(StateArchive& archive, MotionBound& bound);
-void keep_state(StateArchive& archive, ContactTerm& term);
-void keep_state(StateArchive& archive, ContactPoint& point);
-void keep_state(StateArchive& archive, ContactList& list);
-void keep_state(StateArchive& archive, PointLaw& law);
 void keep_state(StateArchive& archive, PointKey& key);
-void keep_state(StateArchive& archive, GapResponse& W);
-void keep_state(StateArchive& archive, PairMemory& memory);
 void keep_state(StateArchive& archive, PenaltyMemory& memory);
 // W and what is factored of it as they are: both have come about step by step, and made anew they would differ in last digits.
 void keep_state(StateArchive& archive, ImpulseMemory& memory);

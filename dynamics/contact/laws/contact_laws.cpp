@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "dynamics/contact/surfaces/dense_panels.hpp"
+#include "dynamics/contact/nodes/dense_panels.hpp"
 
 namespace cbr {
 

@@ -4,9 +4,9 @@
 #include <array>
 #include <limits>
 
-#include "common/app/program.hpp"
+#include "common/linalg/blas_threads.hpp"
 #include "common/linalg/symmetric_product.hpp"
-#include "dynamics/contact/surfaces/dense_panels.hpp"
+#include "dynamics/contact/nodes/dense_panels.hpp"
 
 namespace cbr {
 namespace {

@@ -6,8 +6,8 @@
 #include <numeric>
 #include <utility>
 
-#include "common/app/program.hpp"
 #include "common/base/row_threads.hpp"
+#include "common/linalg/blas_threads.hpp"
 #include "common/linalg/dense_factor.hpp"
 
 namespace cbr {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "common/linalg/dense.hpp"
-#include "dynamics/contact/surfaces/dense_panels.hpp"
+#include "dynamics/contact/nodes/dense_panels.hpp"
 
 namespace cbr {
 namespace {

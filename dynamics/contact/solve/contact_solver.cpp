@@ -10,12 +10,12 @@
 #include <optional>
 #include <utility>
 
-#include "dynamics/contact/enforce/keep_state.hpp"
+#include "dynamics/contact/laws/keep_state.hpp"
 #include "dynamics/contact/solve/basic_impulses.hpp"
 #include "dynamics/contact/solve/block_gauss_seidel.hpp"
-#include "dynamics/contact/solve/cone_impulses.hpp"
-#include "dynamics/contact/solve/contact_newton.hpp"
-#include "dynamics/contact/solve/inexact_newton.hpp"
+#include "dynamics/contact/solve/cone/cone_impulses.hpp"
+#include "dynamics/contact/solve/newton/contact_newton.hpp"
+#include "dynamics/contact/solve/newton/inexact_newton.hpp"
 #include "dynamics/contact/solve/projected_gradients.hpp"
 
 namespace cbr {

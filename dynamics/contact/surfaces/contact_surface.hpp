@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "common/base/types.hpp"
+#include "dynamics/contact/nodes/node_response.hpp"
 #include "dynamics/contact/surfaces/broad_phase.hpp"
-#include "dynamics/contact/surfaces/node_response.hpp"
 #include "dynamics/contact/surfaces/projection.hpp"
 
 namespace cbr {

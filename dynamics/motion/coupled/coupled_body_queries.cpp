@@ -7,6 +7,7 @@
 #include <cmath>
 #include <utility>
 
+#include "common/files/state_archive.hpp"
 #include "common/linalg/dense.hpp"
 #include "dynamics/motion/coupled/coupled_body.hpp"
 
@@ -163,6 +164,14 @@ void CoupledBody::displacements(Points& u, Points& v) const {
   const Index n_modal = system_->n_modal(), n = X_.rows();
   u = Eigen::Map<const Points>(u_.data() + n_modal, n, 3) * placement_.T.transpose();
   v = Eigen::Map<const Points>(present_velocities().data() + n_modal, n, 3) * placement_.T.transpose();
+}
+
+void CoupledBody::keep_state(StateArchive& archive) {
+  archive.expect(u_.size());
+  archive(u_, p_, v_, t_, last_h_, work_);
+  archive(started_, arrived_, F_, Ma_, f0_, a_, last_change_of_Ku_, last_change_of_f_, a0_Ma0_);
+  archive(Cv_, statics_);
+  if (archive.restores()) Ku_is_current_ = v_now_is_current_ = false;
 }
 
 }  // namespace cbr

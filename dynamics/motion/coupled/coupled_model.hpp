@@ -13,7 +13,7 @@
 #include "common/fem/assembly.hpp"
 #include "common/fem/shell_model.hpp"
 #include "common/superelement/superelement.hpp"
-#include "dynamics/motion/modal/diagonal_form.hpp"
+#include "dynamics/motion/modal/forms/diagonal_form.hpp"
 
 namespace cbr {
 

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <utility>
 
-#include "common/app/program.hpp"
 #include "common/base/error.hpp"
+#include "common/linalg/blas_threads.hpp"
 #include "common/linalg/eigen/eigenpairs.hpp"
 
 namespace cbr {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "dynamics/motion/modal/modal_propagator.hpp"
+#include "dynamics/motion/modal/forms/modal_propagator.hpp"
 
 namespace cbr {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "dynamics/motion/modal/statics_form.hpp"
+#include "dynamics/motion/modal/forms/statics_form.hpp"
 #include "dynamics/motion/modal/superelement_body.hpp"
 
 namespace cbr {

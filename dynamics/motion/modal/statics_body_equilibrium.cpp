@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A superelement with statics in equilibrium: modes as ever, and what forces do at once.
+#include "common/files/state_archive.hpp"
 #include "dynamics/motion/modal/statics_body.hpp"
 
 namespace cbr {
@@ -123,6 +124,16 @@ void StaticsBody::start_motion(double h) {
   } else {
     modal_.start_motion(h);
   }
+}
+
+void StaticsBody::keep_state(StateArchive& archive) {
+  modal_.keep_state(archive);
+  archive.expect(static_cast<Index>(sets_.size()));
+  archive(g_, g_before_, eta_before_, loads_now_, t_, h_, work_, was_in_contact_, has_force_, still_left_);
+  for (NodeSet& set : sets_) archive(set.w, set.force, set.friction);
+  bool is_still = load_step_.g.size() > 0;
+  archive(is_still);
+  if (is_still && archive.restores()) keep_load_step();
 }
 
 }  // namespace cbr

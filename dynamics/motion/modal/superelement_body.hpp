@@ -14,8 +14,8 @@
 #include "common/superelement/superelement.hpp"
 #include "dynamics/motion/body.hpp"
 #include "dynamics/motion/breakpoints.hpp"
-#include "dynamics/motion/modal/diagonal_form.hpp"
-#include "dynamics/motion/modal/modal_propagator.hpp"
+#include "dynamics/motion/modal/forms/diagonal_form.hpp"
+#include "dynamics/motion/modal/forms/modal_propagator.hpp"
 #include "dynamics/motion/newmark.hpp"
 #include "dynamics/motion/static_state.hpp"
 

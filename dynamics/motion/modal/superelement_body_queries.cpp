@@ -8,6 +8,7 @@
 #include <cmath>
 #include <utility>
 
+#include "common/files/state_archive.hpp"
 #include "common/linalg/dense.hpp"
 #include "dynamics/motion/modal/superelement_body.hpp"
 
@@ -238,6 +239,17 @@ void SuperelementBody::displacements(Points& u, Points& v) const {
   const Index k = superelement_->k(), n = X_.rows();
   u = Eigen::Map<const Points>(q.data() + k, n, 3) * placement_.T.transpose();
   v = Eigen::Map<const Points>(rates.data() + k, n, 3) * placement_.T.transpose();
+}
+
+void SuperelementBody::keep_state(StateArchive& archive) {
+  archive.expect(eta_.size());
+  archive(eta_, v_, t_, last_h_, work_);
+  // Newmark: the end of a step gives the next one its accelerations and loads; HHT-alpha looks back one step more
+  archive(started_, arrived_, a_, f0_, move_, load_change_);
+  archive(late_kick_, late_friction_);
+  if (late_end_kick_.size() != late_kick_.size())
+    for (Vector* kick : {&late_end_kick_, &late_end_friction_}) kick->setZero(late_kick_.size());
+  archive(statics_);
 }
 
 }  // namespace cbr

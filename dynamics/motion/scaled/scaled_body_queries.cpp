@@ -7,6 +7,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "common/files/state_archive.hpp"
 #include "common/linalg/dense.hpp"
 #include "dynamics/motion/scaled/scaled_body.hpp"
 
@@ -146,6 +147,13 @@ void ScaledBody::displacements(Points& u, Points& v) const {
   coordinates(q, rates);
   u = Eigen::Map<const Points>(q.data() + k, n, 3) * placement_.T.transpose();
   v = Eigen::Map<const Points>(rates.data() + k, n, 3) * placement_.T.transpose();
+}
+
+void ScaledBody::keep_state(StateArchive& archive) {
+  if (!modes_) scale(HUGE_VAL);  // as the first step does
+  archive.expect(now_.eta.size());
+  archive.expect(now_.r.size());
+  archive(now_.eta, now_.v, now_.r, now_.dr, now_.y, now_.dy, t_, work_);
 }
 
 }  // namespace cbr

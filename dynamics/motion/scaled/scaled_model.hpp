@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "common/superelement/superelement.hpp"
-#include "dynamics/motion/modal/diagonal_form.hpp"
+#include "dynamics/motion/modal/forms/diagonal_form.hpp"
 #include "dynamics/motion/scaled/scaled_modes.hpp"
 
 namespace cbr {

@@ -2,7 +2,7 @@
 // The exact motion of kept modes and of the scaled part, from one time to another. For ScaledBody.
 #pragma once
 
-#include "dynamics/motion/modal/modal_propagator.hpp"
+#include "dynamics/motion/modal/forms/modal_propagator.hpp"
 
 namespace cbr {
 

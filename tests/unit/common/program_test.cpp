@@ -12,6 +12,7 @@
 
 #include "common/base/error.hpp"
 #include "common/files/output_file.hpp"
+#include "common/linalg/blas_threads.hpp"
 #include "tests/formats/temporary_folder.hpp"
 
 namespace cbr {

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "common/scene/yaml_tree.hpp"
+#include "common/scene/yaml/yaml_tree.hpp"
 #include "tests/unit/common/scene_samples.hpp"
 
 namespace cbr {

@@ -12,7 +12,7 @@
 #include "dynamics/motion/modal/superelement_body.hpp"
 #include "dynamics/motion/nodal/mesh_body.hpp"
 #include "dynamics/run/simulation.hpp"
-#include "dynamics/setup/geometry.hpp"
+#include "dynamics/setup/components/geometry.hpp"
 #include "tests/unit/dynamics/lattice.hpp"
 
 namespace cbr::test {

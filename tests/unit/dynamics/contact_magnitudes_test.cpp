@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "dynamics/contact/solve/contact_newton.hpp"
+#include "dynamics/contact/solve/newton/contact_newton.hpp"
 #include "tests/unit/dynamics/contact_problems.hpp"
 
 namespace cbr {

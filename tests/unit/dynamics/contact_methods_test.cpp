@@ -6,8 +6,8 @@
 
 #include "dynamics/contact/solve/basic_impulses.hpp"
 #include "dynamics/contact/solve/block_gauss_seidel.hpp"
-#include "dynamics/contact/solve/contact_newton.hpp"
 #include "dynamics/contact/solve/contact_solver.hpp"
+#include "dynamics/contact/solve/newton/contact_newton.hpp"
 #include "dynamics/contact/solve/projected_gradients.hpp"
 #include "tests/unit/dynamics/contact_problems.hpp"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // From the contact section of a scene to pairs: who meets whom, with which faces.
-#include "dynamics/setup/contact_setup.hpp"
+#include "dynamics/setup/contact/contact_setup.hpp"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -11,7 +11,7 @@
 #include <fstream>
 
 #include "common/base/error.hpp"
-#include "dynamics/setup/contact_faces.hpp"
+#include "dynamics/setup/components/contact_faces.hpp"
 #include "tests/unit/dynamics/bricks.hpp"
 
 namespace cbr {

@@ -9,7 +9,7 @@
 #include <numbers>
 
 #include "dynamics/motion/modal/contact_gain.hpp"
-#include "dynamics/motion/modal/modal_propagator.hpp"
+#include "dynamics/motion/modal/forms/modal_propagator.hpp"
 
 namespace cbr {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "dynamics/output/results.hpp"
+#include "dynamics/output/summary/summary.hpp"
 #include "tests/unit/dynamics/bricks.hpp"
 
 namespace cbr {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dynamics/setup/geometry.hpp"
+#include "dynamics/setup/components/geometry.hpp"
 
 #include <gtest/gtest.h>
 
 #include "common/base/error.hpp"
-#include "dynamics/setup/contact_faces.hpp"
+#include "dynamics/setup/components/contact_faces.hpp"
 #include "tests/unit/dynamics/bricks.hpp"
 
 namespace cbr {

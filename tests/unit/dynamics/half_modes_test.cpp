@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "common/linalg/dense.hpp"
-#include "dynamics/setup/half_modes.hpp"
+#include "dynamics/setup/components/half_modes.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "common/base/error.hpp"
-#include "dynamics/output/half_check.hpp"
+#include "dynamics/output/summary/half_check.hpp"
 #include "reducer/bases/reduce.hpp"
 #include "tests/support/scene_run.hpp"
 

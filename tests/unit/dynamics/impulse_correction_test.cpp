@@ -12,8 +12,8 @@
 
 #include "common/linalg/dense.hpp"
 #include "dynamics/contact/enforce/enforcement.hpp"
-#include "dynamics/contact/solve/kept_factor.hpp"
-#include "dynamics/contact/surfaces/dense_panels.hpp"
+#include "dynamics/contact/nodes/dense_panels.hpp"
+#include "dynamics/contact/solve/newton/kept_factor.hpp"
 
 namespace cbr {
 namespace {

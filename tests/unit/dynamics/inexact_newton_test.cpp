@@ -6,10 +6,10 @@
 
 #include "common/files/state_archive.hpp"
 #include "dynamics/contact/solve/block_gauss_seidel.hpp"
-#include "dynamics/contact/solve/closed_unknowns.hpp"
-#include "dynamics/contact/solve/inexact_newton.hpp"
-#include "dynamics/contact/solve/krylov.hpp"
-#include "dynamics/contact/solve/local_inverse.hpp"
+#include "dynamics/contact/solve/newton/closed_unknowns.hpp"
+#include "dynamics/contact/solve/newton/inexact_newton.hpp"
+#include "dynamics/contact/solve/newton/krylov.hpp"
+#include "dynamics/contact/solve/newton/local_inverse.hpp"
 #include "tests/unit/dynamics/contact_problems.hpp"
 
 namespace {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "common/superelement/superelement.hpp"
-#include "dynamics/motion/modal/diagonal_form.hpp"
+#include "dynamics/motion/modal/forms/diagonal_form.hpp"
 #include "dynamics/motion/modal/superelement_body.hpp"
 
 namespace cbr::test {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dynamics/motion/modal/modal_propagator.hpp"
+#include "dynamics/motion/modal/forms/modal_propagator.hpp"
 
 #include <gtest/gtest.h>
 

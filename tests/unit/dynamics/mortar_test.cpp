@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "common/mesh/surface.hpp"
-#include "dynamics/setup/contact_faces.hpp"
+#include "dynamics/setup/components/contact_faces.hpp"
 #include "mortar_run.hpp"
 #include "tests/unit/common/elements/box_mesh.hpp"
 

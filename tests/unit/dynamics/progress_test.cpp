@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What a run says while it runs.
-#include "dynamics/output/progress.hpp"
+#include "dynamics/output/summary/progress.hpp"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dynamics/contact/solve/cone_problem.hpp"
+#include "dynamics/contact/solve/cone/cone_problem.hpp"
 #include "dynamics/contact/solve/contact_solver.hpp"
 #include "tests/unit/dynamics/contact_problems.hpp"
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What is said of bodies that start inside each other, and not of those that only look so from behind a face.
-#include "dynamics/setup/starting_overlap.hpp"
+#include "dynamics/setup/contact/starting_overlap.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-#include "dynamics/setup/solid.hpp"
+#include "dynamics/setup/contact/solid.hpp"
 #include "tests/support/scene_run.hpp"
 
 namespace cbr {

@@ -8,7 +8,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/app/program.hpp"
+#include "common/app/report.hpp"
+#include "common/linalg/blas_threads.hpp"
 #include "common/linalg/eigen/eigenpairs.hpp"
 #include "reducer/bases/reduce.hpp"
 #include "reducer/condensation/condensation.hpp"

@@ -11,8 +11,9 @@
 #include <fstream>
 #include <iterator>
 
-#include "common/app/program.hpp"
+#include "common/app/report.hpp"
 #include "common/base/error.hpp"
+#include "common/linalg/blas_threads.hpp"
 #include "common/linalg/eigen/eigenpairs.hpp"
 #include "reducer/partition/partition.hpp"
 #include "tests/unit/reducer/cut_meshes.hpp"

@@ -7,8 +7,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "common/app/program.hpp"
+#include "common/app/report.hpp"
 #include "common/base/error.hpp"
+#include "common/linalg/blas_threads.hpp"
 #include "common/linalg/eigen/eigenpairs.hpp"
 #include "reducer/bases/reduce.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"

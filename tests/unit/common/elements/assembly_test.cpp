@@ -7,7 +7,7 @@
 #include <numeric>
 #include <set>
 
-#include "common/app/program.hpp"
+#include "common/linalg/blas_threads.hpp"
 #include "common/linalg/dense.hpp"
 #include "tests/unit/common/elements/box_mesh.hpp"
 

@@ -9,7 +9,7 @@
 #include <numbers>
 #include <numeric>
 
-#include "common/app/program.hpp"
+#include "common/linalg/blas_threads.hpp"
 #include "tests/unit/common/linalg/grid_matrices.hpp"
 
 namespace cbr::test {

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "common/app/program.hpp"
+#include "common/linalg/blas_threads.hpp"
 #include "common/linalg/dense.hpp"
 #include "tests/unit/common/linalg/grid_matrices.hpp"
 

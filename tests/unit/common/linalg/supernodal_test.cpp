@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include "common/app/program.hpp"
 #include "common/linalg/blas_threads.hpp"
 #include "common/linalg/sparse/sparse_cholesky.hpp"
 #include "tests/unit/common/linalg/grid_matrices.hpp"

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// How a load changes in time: a table, a CSV file, a sine.
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <numbers>
+#include <string_view>
+
+#include "common/base/error.hpp"
+#include "common/scene/yaml/scene_parse.hpp"
+
+namespace cbr {
+namespace {
+
+// Straight lines between so many points of a period are off by 1 - cos(pi / n), 1.2e-4, of the amplitude at most.
+constexpr double points_per_period = 200;
+constexpr double most_points = 1e6;
+
+History parse_table(const SceneMap& map) {
+  History history{map.at("time").numbers(), map.at("value").numbers()};
+  if (history.time.empty()) map.at("time").fail("is empty, expected at least one time");
+  if (history.time.size() != history.value.size()) {
+    map.at("value").fail("has " + std::to_string(history.value.size()) +
+                         " entries, expected as many as 'time' has: " + std::to_string(history.time.size()));
+  }
+  for (std::size_t i = 1; i < history.time.size(); ++i) {
+    if (history.time[i] <= history.time[i - 1]) map.at("time").list()[i].fail("not above the time before it, times must ascend");
+  }
+  return history;
+}
+
+// The first two numbers of a line, between commas, semicolons or spaces; whether there are two and nothing else.
+bool two_numbers(std::string_view line, double (&value)[2]) {
+  constexpr std::string_view between = ",; \t\r";
+  for (double& number : value) {
+    const std::size_t first = line.find_first_not_of(between);
+    if (first == std::string_view::npos) return false;
+    line.remove_prefix(first);
+    if (line.front() == '+') line.remove_prefix(1);
+    const auto [end, error] = std::from_chars(line.data(), line.data() + line.size(), number);
+    if (error != std::errc() || !std::isfinite(number)) return false;
+    line.remove_prefix(static_cast<std::size_t>(end - line.data()));
+    if (!line.empty() && between.find(line.front()) == std::string_view::npos) return false;
+  }
+  return line.find_first_not_of(between) == std::string_view::npos;
+}
+
+// Lines of time and value. A first line of names, empty lines, and lines that begin with # are passed over.
+History read_csv(const std::filesystem::path& file, const SceneNode& node) {
+  std::ifstream in(file);
+  if (!in) node.fail("cannot read the file '" + file.string() + "'");
+  History history;
+  std::string line;
+  const auto refuse = [&](int number, const std::string& what) {
+    node.fail(file.string() + ":" + std::to_string(number) + ": " + what);
+  };
+  bool is_first = true;
+  for (int number = 1; std::getline(in, line); ++number) {
+    const std::size_t first = line.find_first_not_of(" \t\r");
+    if (first == std::string::npos || line[first] == '#') continue;
+    double value[2];
+    const bool is_row = two_numbers(line, value);
+    const bool is_header = is_first && !is_row && std::isalpha(static_cast<unsigned char>(line[first])) != 0;
+    is_first = false;
+    if (is_header) continue;
+    if (!is_row) refuse(number, "found '" + line.substr(0, 60) + "', expected a time and a value");
+    if (!history.time.empty() && value[0] <= history.time.back()) refuse(number, "not above the time before it, times must ascend");
+    history.time.push_back(value[0]);
+    history.value.push_back(value[1]);
+  }
+  if (history.time.empty()) node.fail("the file '" + file.string() + "' has no line of a time and a value");
+  return history;
+}
+
+// sin(2 pi f (t - start) + phase) from `start` for so many cycles, or to the end of the run; 0 before and after.
+History sample_sine(const SceneNode& node, const Scene& scene) {
+  const SceneMap map = node.map({"frequency_hz", "phase", "start", "cycles"});
+  const double frequency = map.at("frequency_hz").positive();
+  const double phase = map.find("phase") != nullptr ? map.at("phase").number() * std::numbers::pi / 180 : 0;
+  const double start = map.find("start") != nullptr ? map.at("start").not_negative() : 0;
+  double cycles = 0;
+  if (const auto* given = map.find("cycles")) {
+    cycles = given->positive();
+  } else if (scene.time) {
+    cycles = std::max(0.0, (scene.time->end - start) * frequency) + 1;
+  } else {
+    node.fail("needs 'cycles' in a scene that has no 'time'");
+  }
+  const double n = std::ceil(cycles * points_per_period);
+  if (n > most_points) node.fail("is of more than 5000 cycles: give 'cycles', a shorter run, or a lower frequency");
+  History history;
+  const auto add = [&](double time, double value) {
+    if (!history.time.empty() && time <= history.time.back()) return;
+    history.time.push_back(time);
+    history.value.push_back(value);
+  };
+  const auto count = static_cast<int>(n);
+  const double jump = 1e-9 / frequency;
+  if (start > jump && std::sin(phase) != 0) add(start - jump, 0);
+  for (int i = 0; i <= count; ++i) {
+    const double cycle = cycles * i / count;
+    add(start + cycle / frequency, std::sin(2 * std::numbers::pi * cycle + phase));
+  }
+  if (map.find("cycles") != nullptr) add(start + cycles / frequency + jump, 0);
+  return history;
+}
+
+}  // namespace
+
+History parse_history(const SceneNode& node, const std::filesystem::path& folder, const Scene& scene) {
+  const SceneMap map = node.map({"time", "value", "file", "sine"});
+  for (const char* key : {"file", "sine"}) {
+    const SceneNode* other = map.find(key);
+    if (other == nullptr) continue;
+    if (map.entries().size() > 1) node.fail(std::string("'") + key + "' stands alone: remove the other keys");
+    return std::string_view(key) == "file" ? read_csv(resolve_path(*other, folder), *other) : sample_sine(*other, scene);
+  }
+  return parse_table(map);
+}
+
+}  // namespace cbr

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/contact/nodes/thin_response.hpp"
+
+#include "common/linalg/blas_threads.hpp"
+#include "common/linalg/symmetric_product.hpp"
+#include "dynamics/contact/nodes/dense_panels.hpp"
+
+namespace cbr {
+
+void StaticRows::gather(const Matrix& f, Matrix& rows) const {
+  rows.resize(size(), f.cols());
+  for (Index q = 0; q < f.cols(); ++q)
+    for (Index i = 0; i < size(); ++i) rows(i, q) = direction.row(i).dot(f.col(q).segment<3>(3 * node[i]).transpose());
+}
+
+void StaticRows::add_spread(const Matrix& w, Matrix& u) const {
+  for (Index q = 0; q < w.cols(); ++q)
+    for (Index i = 0; i < size(); ++i) u.col(q).segment<3>(3 * node[i]) += w(i, q) * direction.row(i).transpose();
+}
+
+// Where most rows are pressed half of F is read for all, else the columns of those that are.
+double press(const StaticRows& rows, const Matrix& pressed, Matrix& still, std::vector<Index>& columns) {
+  still.setZero(pressed.rows(), pressed.cols());
+  columns.clear();
+  for (Index i = 0; i < pressed.rows(); ++i)
+    if (!pressed.row(i).isZero(0)) columns.push_back(i);
+  const auto s = static_cast<double>(pressed.rows()), loaded = static_cast<double>(columns.size());
+  if (2 * loaded > s) {
+    add_symmetric_product(*rows.F, pressed, still, n_threads());
+    return 4 * s * (s + 1);
+  }
+  add_columns(*rows.F, columns, pressed, still, n_threads());
+  return 8 * s * loaded;
+}
+
+double respond(const ThinResponse& S, const Matrix& p, Matrix& move, Matrix& still, ThinWork& work) {
+  const Matrix& A = *S.A;
+  move.setZero(p.rows(), p.cols());
+  if (A.rows() > 0) {
+    const SerialBlas serial(A.size());
+    for (Index q = 0; q < p.cols(); ++q) {
+      work.kick.noalias() = A * p.col(q);
+      work.kick = S.C * work.kick;
+      move.col(q).noalias() = A.transpose() * work.kick;
+    }
+  }
+  S.rows->gather(p, work.pressed);
+  work.pressed /= S.h;
+  const double bytes = press(*S.rows, work.pressed, still, work.columns);
+  S.rows->add_spread(still, move);
+  return bytes + 16 * static_cast<double>(A.size() * p.cols());
+}
+
+}  // namespace cbr

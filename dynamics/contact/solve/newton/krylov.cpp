@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/contact/solve/newton/krylov.hpp"
+
+#include <Eigen/Jacobi>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace cbr {
+
+int conjugate_gradients(const Product& A, const Vector& b, double tolerance, int max_products, Vector& x) {
+  Vector r = b - A(x), d = r;
+  double rr = r.squaredNorm();
+  int products = 1;
+  while (products < max_products && rr > tolerance * tolerance) {
+    const Vector Ad = A(d);
+    ++products;
+    const double curvature = d.dot(Ad);
+    if (!(curvature > 0)) break;
+    const double step = rr / curvature;
+    x += step * d;
+    r -= step * Ad;
+    const double next = r.squaredNorm();
+    d = r + (next / rr) * d;
+    rr = next;
+  }
+  return products;
+}
+
+int gmres(const Product& A, const Vector& b, double tolerance, int max_products, Vector& x) {
+  Vector r = b - A(x);
+  double beta = r.norm();
+  if (!(beta > tolerance)) return 1;
+  std::vector<Vector> V{r / beta};
+  std::vector<Eigen::JacobiRotation<double>> rotations;
+  Matrix H = Matrix::Zero(max_products + 1, max_products);
+  Vector s = Vector::Zero(max_products + 1);
+  s[0] = beta;
+  Index k = 0;
+  while (k + 1 < max_products && std::abs(s[k]) > tolerance) {
+    Vector v = A(V[k]);
+    // Twice: Gram and Schmidt keep V orthogonal to round-off
+    for (int pass = 0; pass < 2; ++pass) {
+      for (Index i = 0; i <= k; ++i) {
+        const double h = V[i].dot(v);
+        H(i, k) += h;
+        v -= h * V[i];
+      }
+    }
+    const double length = v.norm();
+    for (Index i = 0; i < k; ++i) H.col(k).applyOnTheLeft(i, i + 1, rotations[i].adjoint());
+    H(k + 1, k) = length;
+    Eigen::JacobiRotation<double> rotation;
+    rotation.makeGivens(H(k, k), H(k + 1, k));
+    rotations.push_back(rotation);
+    H.col(k).applyOnTheLeft(k, k + 1, rotation.adjoint());
+    s.applyOnTheLeft(k, k + 1, rotation.adjoint());
+    ++k;
+    if (!(length > 0)) break;
+    V.push_back(v / length);
+  }
+  // The last column of a singular A can have a zero on the diagonal: without it
+  while (k > 0 && H(k - 1, k - 1) == 0) --k;
+  const Vector y = H.topLeftCorner(k, k).triangularView<Eigen::Upper>().solve(s.head(k));
+  for (Index i = 0; i < k; ++i) x += y[i] * V[i];
+  return static_cast<int>(k) + 1;
+}
+
+int FloatGmres::solve(const FloatProduct& A, const Eigen::VectorXf& b, float reduction, int max_products, Eigen::VectorXf& x) {
+  const Index n = b.size();
+  x.setZero(n);
+  y_.resize(0);
+  const float beta = b.norm();
+  if (!(beta > 0) || !std::isfinite(beta)) return 0;
+  if (V_.rows() != n || V_.cols() < max_products + 1) V_.resize(n, max_products + 1);
+  H_.setZero(max_products + 1, max_products);
+  s_.setZero(max_products + 1);
+  s_[0] = beta;
+  V_.col(0) = b / beta;
+  std::vector<Eigen::JacobiRotation<float>> rotations;
+  Index k = 0;
+  while (k < max_products && std::abs(s_[k]) > reduction * beta) {
+    A(V_.col(k), v_);
+    for (Index i = 0; i <= k; ++i) {
+      H_(i, k) = V_.col(i).dot(v_);
+      v_ -= H_(i, k) * V_.col(i);
+    }
+    const float length = v_.norm();
+    for (Index i = 0; i < k; ++i) H_.col(k).applyOnTheLeft(i, i + 1, rotations[i].adjoint());
+    H_(k + 1, k) = length;
+    Eigen::JacobiRotation<float> rotation;
+    rotation.makeGivens(H_(k, k), H_(k + 1, k));
+    rotations.push_back(rotation);
+    H_.col(k).applyOnTheLeft(k, k + 1, rotation.adjoint());
+    s_.applyOnTheLeft(k, k + 1, rotation.adjoint());
+    ++k;
+    if (!(length > 0)) break;
+    V_.col(k) = v_ / length;
+  }
+  const Index products = k;
+  while (k > 0 && H_(k - 1, k - 1) == 0) --k;
+  y_ = H_.topLeftCorner(k, k).triangularView<Eigen::Upper>().solve(s_.head(k));
+  for (Index i = 0; i < k; ++i) x += y_[i] * V_.col(i);
+  return static_cast<int>(products);
+}
+
+}  // namespace cbr

@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/contact/solve/newton/local_inverse.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+
+#include "common/app/program.hpp"
+#include "common/base/row_threads.hpp"
+#include "common/files/state_archive.hpp"
+
+namespace cbr {
+namespace {
+
+constexpr int most = LocalInverse::most_in_row;
+// Pivots of a block below this share of its diagonal: the row has its diagonal alone then.
+constexpr double weakest_pivot = 1e-5;
+// From so many points on a second thread gains more than it costs.
+constexpr Index threaded_points = 100;
+
+using Unknown = ClosedUnknowns::Unknown;
+
+// a's and b's columns of R over W between their points, both normal.
+struct Normal {
+  static double between(const ClosedResponse& closed, const Unknown& a, const Unknown& b) { return closed.entry(a.row, b.row); }
+};
+
+// The same, both tangential.
+struct Tangential {
+  static double between(const ClosedResponse& closed, const Unknown& a, const Unknown& b) {
+    double sum = 0;
+    for (Index i = 1; i < 3; ++i) {
+      if (a.c[i] == 0) continue;
+      for (Index j = 1; j < 3; ++j)
+        if (b.c[j] != 0) sum += a.c[i] * b.c[j] * closed.entry(a.row + i, b.row + j);
+    }
+    return sum;
+  }
+};
+
+// The unknowns of a point and of its nearest earlier points, its own last.
+struct Block {
+  int n = 0;
+  std::array<Index, most> unknown;
+
+  void add(ClosedUnknowns::Range range) {
+    for (Index u = range.first; u < range.last; ++u) unknown[n++] = u;
+  }
+};
+
+// Cholesky's factor of a block's matrix, R^T W R + diag(alpha).
+template <typename Kind>
+class BlockFactor {
+ public:
+  BlockFactor(const ClosedResponse& closed, const ClosedUnknowns& unknowns, const Block& block) {
+    for (int j = 0; j < block.n; ++j) {
+      const Unknown& u = unknowns[block.unknown[j]];
+      for (int k = 0; k <= j; ++k) L_[j][k] = Kind::between(closed, u, unknowns[block.unknown[k]]);
+      L_[j][j] += u.alpha;
+      for (int k = 0; k < j; ++k) {
+        double sum = L_[j][k];
+        for (int l = 0; l < k; ++l) sum -= L_[j][l] * L_[k][l];
+        L_[j][k] = sum * inverse_[k];
+      }
+      own_[j] = L_[j][j];
+      double pivot = own_[j];
+      for (int l = 0; l < j; ++l) pivot -= L_[j][l] * L_[j][l];
+      if (regular_ == j && pivot > weakest_pivot * own_[j]) ++regular_;
+      inverse_[j] = 1 / std::sqrt(regular_ > j ? pivot : own_[j] > 0 ? own_[j] : 1.0);
+    }
+  }
+
+  // The last row of the inverse of the factor of the first n: its diagonal alone where these are not regular.
+  int last_row(int n, float* y) const {
+    if (regular_ < n) {
+      y[0] = own_[n - 1] > 0 ? static_cast<float>(1 / std::sqrt(own_[n - 1])) : 1.0F;
+      return 1;
+    }
+    std::array<double, most> x;
+    for (int j = n - 1; j >= 0; --j) {
+      double sum = j == n - 1 ? 1 : 0;
+      for (int k = j + 1; k < n; ++k) sum -= L_[k][j] * x[k];
+      x[j] = sum * inverse_[j];
+      y[j] = static_cast<float>(x[j]);
+    }
+    return n;
+  }
+
+ private:
+  std::array<std::array<double, most>, most> L_;
+  std::array<double, most> inverse_, own_;  // of the diagonal of L; the matrix's diagonal
+  int regular_ = 0;                         // leading rows that are
+};
+
+// The rows of G of one point's unknowns `own`, whose block holds the unknowns range(other) of its neighbours.
+template <typename Kind, typename RangeOf>
+void set_rows(const ClosedResponse& closed, const ClosedUnknowns& unknowns, const std::vector<Index>& nearest, Index point,
+              int wanted, const RangeOf& range, std::vector<LocalInverse::Row>& rows) {
+  const ClosedUnknowns::Range own = range(point);
+  if (own.first == own.last) return;
+  Block block;
+  for (const Index other : nearest) {
+    if (wanted == 0) break;
+    const ClosedUnknowns::Range of = range(other);
+    if (other > point || of.first == of.last) continue;
+    block.add(of);
+    --wanted;
+  }
+  block.add(own);
+  const BlockFactor<Kind> factor(closed, unknowns, block);
+  for (Index u = own.first; u < own.last; ++u) {
+    const int n = block.n - static_cast<int>(own.last - 1 - u);
+    LocalInverse::Row& row = rows[u];
+    row.n = factor.last_row(n, row.value.data());
+    for (int k = 0; k < row.n; ++k) row.column[k] = static_cast<int>(block.unknown[n - row.n + k]);
+  }
+}
+
+}  // namespace
+
+Neighbours::Neighbours(const ContactProblem& problem) : nearest_(problem.laws.size()) {
+  const Index n = problem.n_points();
+  const auto count = static_cast<std::size_t>(std::min(most, n - 1));
+  std::vector<double> root(static_cast<std::size_t>(n));
+  for (Index i = 0; i < n; ++i) {
+    const double w = problem.diagonal[problem.first[i]];
+    root[i] = w > 0 ? 1 / std::sqrt(w) : 0;
+  }
+  const int used = n < threaded_points ? 1 : n_threads();
+  run_kept_threads(used, [&](int t) {
+    std::vector<double> answer(root.size());
+    std::vector<Index> order(root.size());
+    for (Index i = t; i < n; i += used) {
+      const double* column = problem.W.dense.col(problem.first[i]).data();
+      for (Index j = 0; j < n; ++j) answer[j] = j == i ? -HUGE_VAL : std::abs(column[problem.first[j]]) * root[j];
+      std::iota(order.begin(), order.end(), Index{0});
+      const auto more = [&](Index a, Index b) { return answer[a] != answer[b] ? answer[a] > answer[b] : a < b; };
+      const auto last = order.begin() + static_cast<std::ptrdiff_t>(count);
+      std::nth_element(order.begin(), last, order.end(), more);
+      std::sort(order.begin(), last, more);
+      nearest_[i].assign(order.begin(), last);
+    }
+  });
+}
+
+void Neighbours::keep_state(StateArchive& archive) { archive(nearest_); }
+
+void LocalInverse::build(const ClosedResponse& closed, const ClosedUnknowns& unknowns, const Neighbours& neighbours) {
+  rows_.resize(static_cast<std::size_t>(unknowns.size()));
+  const std::vector<Index>& points = closed.points();
+  const auto normal = [&](Index point) { return unknowns.normal(point); };
+  const auto tangential = [&](Index point) { return unknowns.tangential(point); };
+  const int used = static_cast<Index>(points.size()) < threaded_points ? 1 : n_threads();
+  run_kept_threads(used, [&](int t) {
+    for (std::size_t k = static_cast<std::size_t>(t); k < points.size(); k += static_cast<std::size_t>(used)) {
+      const Index point = points[k];
+      const std::vector<Index>& nearest = neighbours.of(point);
+      set_rows<Normal>(closed, unknowns, nearest, point, normal_neighbours, normal, rows_);
+      set_rows<Tangential>(closed, unknowns, nearest, point, tangential_neighbours, tangential, rows_);
+    }
+  });
+}
+
+void LocalInverse::apply(FloatVector& x) const {
+  y_.resize(x.size());
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    const Row& row = rows_[i];
+    float sum = 0;
+    for (int k = 0; k < row.n; ++k) sum += row.value[k] * x[row.column[k]];
+    y_[static_cast<Index>(i)] = sum;
+  }
+  x.setZero();
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    const Row& row = rows_[i];
+    const float y = y_[static_cast<Index>(i)];
+    for (int k = 0; k < row.n; ++k) x[row.column[k]] += row.value[k] * y;
+  }
+}
+
+}  // namespace cbr

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A sparse stand-in for the inverse of a Newton step's matrix, from each unknown's neighbours.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "dynamics/contact/solve/newton/closed_unknowns.hpp"
+
+namespace cbr {
+
+class StateArchive;
+
+// For each point the points whose normal gaps answer most to its normal impulse (each scaled by the root of its W_ii), best first:
+// on a face those that are nearest.
+class Neighbours {
+ public:
+  Neighbours() = default;
+  explicit Neighbours(const ContactProblem& problem);
+  static constexpr Index most = 40;
+  const std::vector<Index>& of(Index point) const { return nearest_[point]; }
+  Index n_points() const { return static_cast<Index>(nearest_.size()); }
+  void keep_state(StateArchive& archive);
+
+ private:
+  std::vector<std::vector<Index>> nearest_;
+};
+
+// G^T G ~ (R^T W R + diag(alpha))^-1, G lower triangular: row i has the unknowns of i's point and of its nearest earlier points,
+// normals and tangents apart, and is the last row of the inverse of their block's Cholesky factor (Kolotilina, Yeremin 1993, doi
+// 10.1137/0614004). A static compliance falls off like 1 / distance, its inverse like 1 / distance^3, so a few neighbours do.
+class LocalInverse {
+ public:
+  void build(const ClosedResponse& closed, const ClosedUnknowns& unknowns, const Neighbours& neighbours);
+  void apply(FloatVector& x) const;  // x := G^T G x
+
+  // Earlier points in a row of G: more gained nothing (docs/decisions/contact-solver.md).
+  static constexpr int normal_neighbours = 5, tangential_neighbours = 4;
+  static constexpr int most_in_row = 2 * (tangential_neighbours + 1);
+
+  struct Row {
+    int n = 0;
+    std::array<int, most_in_row> column;
+    std::array<float, most_in_row> value;
+  };
+
+ private:
+  std::vector<Row> rows_;
+  mutable FloatVector y_;
+};
+
+}  // namespace cbr

@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/contact/solve/newton/set_matrix.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include "common/linalg/dense.hpp"
+#include "common/linalg/sparse/sparse_cholesky.hpp"
+#include "common/linalg/sparse/sparse_lu.hpp"
+#include "dynamics/contact/nodes/dense_panels.hpp"
+#include "dynamics/contact/solve/newton/krylov.hpp"
+
+namespace cbr {
+namespace {
+
+// Pivots below this share of the diagonal are round-off; the shift that then stands in for them.
+constexpr double weakest_pivot = 1e-11, shift = 1e-8;
+// Products before a Krylov method gives up.
+constexpr int most_products_symmetric = 1000, most_products_gmres = 100;
+
+// One entry of W, or a small block's worth of them: r^T W c over the closed rows.
+double between(const ContactProblem& problem, const SetBases& bases, Index j) {
+  double sum = 0;
+  for (SparseMatrix::InnerIterator r(bases.R, j); r; ++r)
+    for (SparseMatrix::InnerIterator c(bases.C, j); c; ++c) {
+      const Index row = bases.rows[r.row()], column = bases.rows[c.row()];
+      sum += r.value() * c.value() * (problem.W.is_sparse ? problem.W.sparse.coeff(row, column) : problem.W.dense(row, column));
+    }
+  return sum;
+}
+
+// Scale of each unknown that gives K a unit diagonal; what W itself has there bounds it where friction takes the diagonal away.
+Vector unit_scale(const ContactProblem& problem, const SetBases& bases) {
+  Vector scale(bases.size());
+  for (Index j = 0; j < bases.size(); ++j) {
+    double own = bases.alpha[j];
+    for (SparseMatrix::InnerIterator r(bases.R, j); r; ++r) own += r.value() * r.value() * problem.diagonal[bases.rows[r.row()]];
+    const double entry = bases.symmetric ? own : std::abs(between(problem, bases, j) + bases.alpha[j]);
+    scale[j] = 1 / std::sqrt(std::max(entry, 1e-3 * own));
+  }
+  return scale;
+}
+
+// W over the closed rows: sparse   (k x k)
+SparseMatrix sparse_part(const SparseMatrix& W, const std::vector<Index>& rows) {
+  std::vector<Index> position(W.rows(), -1);
+  for (std::size_t i = 0; i < rows.size(); ++i) position[rows[i]] = static_cast<Index>(i);
+  const Index k = static_cast<Index>(rows.size());
+  SparseMatrix part(k, k);
+  for (Index j = 0; j < k; ++j) {
+    part.startVec(j);
+    for (SparseMatrix::InnerIterator it(W, rows[j]); it; ++it)
+      if (position[it.row()] >= 0) part.insertBack(position[it.row()], j) = it.value();
+  }
+  part.finalize();
+  return part;
+}
+
+}  // namespace
+
+struct SetMatrix::Impl {
+  const ContactProblem* problem = nullptr;
+  SetBases bases;
+  Vector scale;  // n: solved with scale K scale, of unit diagonal
+  LinearSolver solver = LinearSolver::factor;
+  bool shifted = false;
+  // W over the closed rows (k x k); dense and krylov: only when much smaller than W, which else serves itself.
+  Matrix dense;
+  SparseMatrix sparse;
+  // One of the factors of scale K scale
+  std::optional<Cholesky> cholesky;
+  std::optional<Lu> lu;
+  std::optional<SparseCholesky> sparse_cholesky;
+  std::optional<SparseLu> sparse_lu;
+
+  void gather();
+  bool factor(double epsilon);
+  bool factor_sparse(double epsilon);
+  Matrix dense_matrix() const;
+  Vector back_solve(const Vector& b) const;
+  Vector closed_response(const Vector& p) const;
+  Vector product(const Vector& x) const;
+  Vector refined(const Vector& b) const;
+  Vector iterated(const Vector& b, Vector x, double reduction) const;
+};
+
+void SetMatrix::Impl::gather() {
+  if (problem->W.is_sparse) {
+    sparse = sparse_part(problem->W.sparse, bases.rows);
+  } else if (solver == LinearSolver::factor || 10 * static_cast<Index>(bases.rows.size()) < 7 * problem->n_rows()) {
+    dense = problem->W.dense(bases.rows, bases.rows);
+  }
+}
+
+// scale (R^T W C + diag(alpha)) scale   (n x n)
+Matrix SetMatrix::Impl::dense_matrix() const {
+  if (bases.symmetric) return scale.asDiagonal() * dense * scale.asDiagonal();
+  Matrix K(bases.size(), bases.size());
+  Vector y(dense.rows());
+  for (Index j = 0; j < K.cols(); ++j) {
+    y.setZero();
+    for (SparseMatrix::InnerIterator c(bases.C, j); c; ++c) y += c.value() * scale[j] * dense.col(c.row());
+    for (Index i = 0; i < K.rows(); ++i) {
+      double sum = 0;
+      for (SparseMatrix::InnerIterator r(bases.R, i); r; ++r) sum += r.value() * y[r.row()];
+      K(i, j) = scale[i] * sum;
+    }
+    K(j, j) += bases.alpha[j] * scale[j] * scale[j];
+  }
+  return K;
+}
+
+bool SetMatrix::Impl::factor_sparse(double epsilon) {
+  SparseMatrix D(bases.size(), bases.size());
+  D.setIdentity();
+  D.diagonal() = Vector(bases.alpha.cwiseProduct(scale).cwiseProduct(scale).array() + epsilon);
+  SparseMatrix K = bases.R.transpose() * SparseMatrix(sparse * bases.C);
+  K = SparseMatrix(scale.asDiagonal() * K * scale.asDiagonal()) + D;
+  if (!bases.symmetric) {
+    sparse_lu.emplace(K);
+    return sparse_lu->ok();
+  }
+  sparse_cholesky.emplace(K);
+  if (sparse_cholesky->ok() && (epsilon > 0 || sparse_cholesky->smallest_pivot() > weakest_pivot)) return true;
+  sparse_cholesky.reset();
+  return false;
+}
+
+// Factors scaled K + epsilon I; false when a pivot is round-off.
+bool SetMatrix::Impl::factor(double epsilon) {
+  if (problem->W.is_sparse) return factor_sparse(epsilon);
+  Matrix K = dense_matrix();
+  K.diagonal().array() += epsilon;
+  if (bases.symmetric) {
+    cholesky.emplace(std::move(K));
+    return cholesky->ok() && (epsilon > 0 || cholesky->diagonal().cwiseAbs2().minCoeff() > weakest_pivot);
+  }
+  lu.emplace(std::move(K));
+  return epsilon > 0 || lu->smallest_pivot() > weakest_pivot;
+}
+
+Vector SetMatrix::Impl::back_solve(const Vector& b) const {
+  if (cholesky) return cholesky->solve(b);
+  if (lu) return lu->solve(b);
+  if (sparse_cholesky) return sparse_cholesky->solve(Matrix(b));
+  if (sparse_lu && sparse_lu->ok()) return sparse_lu->solve(b);
+  return Vector::Constant(b.size(), std::numeric_limits<double>::quiet_NaN());
+}
+
+Vector SetMatrix::Impl::closed_response(const Vector& p) const {
+  if (problem->W.is_sparse) return sparse * p;
+  if (dense.size() > 0) return symmetric_product(dense, p);
+  Vector all = Vector::Zero(problem->n_rows());
+  all(bases.rows) = p;
+  return respond(*problem, all)(bases.rows);
+}
+
+Vector SetMatrix::Impl::product(const Vector& x) const {
+  const Vector y = scale.cwiseProduct(x);
+  return scale.cwiseProduct(bases.R.transpose() * closed_response(bases.C * y) + bases.alpha.cwiseProduct(y));
+}
+
+// The shift is taken back by refinement; what the shift alone holds (the null space of W) stays least.
+Vector SetMatrix::Impl::refined(const Vector& b) const {
+  Vector x = back_solve(b);
+  double last = std::numeric_limits<double>::infinity();
+  for (int i = 0; shifted && i < 20; ++i) {
+    const Vector r = b - product(x);
+    const double size = r.norm();
+    if (!(size > 1e-15 * b.norm()) || !(size < 0.7 * last)) break;
+    last = size;
+    x += back_solve(r);
+  }
+  return x;
+}
+
+Vector SetMatrix::Impl::iterated(const Vector& b, Vector x, double reduction) const {
+  const auto A = [this](const Vector& y) { return product(y); };
+  const double tolerance = std::max(1e-15 * b.norm(), reduction * (b - product(x)).norm());
+  if (bases.symmetric) {
+    conjugate_gradients(A, b, tolerance, most_products_symmetric, x);
+  } else {
+    gmres(A, b, tolerance, most_products_gmres, x);
+  }
+  return x;
+}
+
+SetMatrix::SetMatrix(const ContactProblem& problem, const ContactSet& set, LinearSolver solver) : impl_(std::make_unique<Impl>()) {
+  impl_->problem = &problem;
+  impl_->solver = solver;
+  impl_->bases = set_bases(problem, set);
+  if (impl_->bases.size() == 0) return;
+  impl_->scale = unit_scale(problem, impl_->bases);
+  impl_->gather();
+  if (solver == LinearSolver::krylov) return;
+  impl_->shifted = !impl_->factor(0);
+  if (impl_->shifted) impl_->factor(shift);
+}
+SetMatrix::~SetMatrix() = default;
+SetMatrix::SetMatrix(SetMatrix&&) noexcept = default;
+SetMatrix& SetMatrix::operator=(SetMatrix&&) noexcept = default;
+
+Vector SetMatrix::solve(const Vector& g, const Vector& start, double reduction) const {
+  const Impl& of = *impl_;
+  Vector p = Vector::Zero(g.size());
+  if (of.bases.size() == 0) return p;
+  const Vector b = -of.scale.cwiseProduct(of.bases.R.transpose() * Vector(g(of.bases.rows)));
+  const Vector x =
+      of.solver == LinearSolver::factor
+          ? of.refined(b)
+          : of.iterated(b, Vector((of.bases.R.transpose() * Vector(start(of.bases.rows))).cwiseQuotient(of.scale)), reduction);
+  p(of.bases.rows) = of.bases.C * of.scale.cwiseProduct(x);
+  return p;
+}
+
+}  // namespace cbr

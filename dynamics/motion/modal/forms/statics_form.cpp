@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/motion/modal/forms/statics_form.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "common/base/error.hpp"
+#include "common/linalg/dense.hpp"
+#include "common/linalg/eigen/eigenpairs.hpp"
+#include "dynamics/motion/modal/forms/characteristic_form.hpp"
+
+namespace cbr {
+namespace {
+
+constexpr std::size_t most_known = 6;  // of a few sets: step, last step, and one that an output cuts
+constexpr double least_share = 1e-12;  // of a row's compliance, that is left when others are held; less is round-off
+
+StaticRows rows_of_massless(const Superelement& s, std::shared_ptr<const Matrix> F) {
+  Points direction = Points::Zero(s.c(), 3);
+  for (Index i = 0; i < s.c(); ++i) direction(i, s.dof_component[i]) = 1;
+  return static_rows(s.dof_node, direction, std::move(F), s.coordinates.rows());
+}
+
+// The matrix stays where it is, in the superelement.
+StaticRows rows_of_characteristic(const std::shared_ptr<const Superelement>& s) {
+  const StaticShare& statics = s->characteristic.statics;
+  return static_rows(statics.node, statics.direction, {s, &statics.F}, s->coordinates.rows());
+}
+
+// F - F_:j F_j: / F_jj: row j is held, and moves no more. A pivot below `least` is 0.
+void hold_row(Index j, double least, Matrix& F) {
+  const double pivot = F(j, j);
+  const Vector column = F.col(j);
+  if (pivot > least) F.noalias() -= column * (column / pivot).transpose();
+  F.row(j).setZero();
+  F.col(j).setZero();
+}
+
+std::shared_ptr<const StaticRows> no_rows(std::size_t n_nodes) {
+  auto rows = std::make_shared<StaticRows>();
+  rows->first.assign(n_nodes + 1, 0);
+  rows->direction.resize(0, 3);
+  rows->F = std::make_shared<const Matrix>();
+  return rows;
+}
+
+std::shared_ptr<const StaticsForm> held_characteristic(const Superelement& s, const StaticsForm& free,
+                                                       const std::vector<HeldDirection>& held, const std::string& where) {
+  auto form = std::make_shared<StaticsForm>();
+  form->modal = held_characteristic_form(s, held, where);
+  form->rows = free.rows;
+  form->omega_limit = form->modal.omega.size() > 0 ? form->modal.omega.maxCoeff() : 0;
+  Matrix F = *free.rows.F;
+  const Vector whole = F.diagonal();
+  bool changed = false;
+  for (const HeldDirection& direction : held) {
+    for (Index j = free.rows.first[direction.node]; j < free.rows.first[direction.node + 1]; ++j) {
+      if (std::abs(free.rows.direction.row(j).dot(direction.direction)) < 1e-6) continue;
+      hold_row(j, least_share * whole[j], F);
+      changed = true;
+    }
+  }
+  if (changed) form->rows.F = std::make_shared<const Matrix>(0.5 * (F + F.transpose()));
+  return form;
+}
+
+std::shared_ptr<const StaticsForm> held_massless(const Superelement& s, const StaticsForm& free,
+                                                 const std::vector<HeldDirection>& held, const std::string& where) {
+  const IndexTable rows = displacement_rows(s);
+  const Index k = s.k(), c = s.c(), n = free.modal.omega.size();
+  Matrix C = Matrix::Zero(static_cast<Index>(held.size()), c);  // C u_c = 0
+  for (Index i = 0; i < C.rows(); ++i)
+    for (int d = 0; d < 3; ++d)
+      if (const Index row = rows(held[i].node, d); row >= 0) C(i, row - k) = held[i].direction[d];
+  auto form = std::make_shared<StaticsForm>();
+  form->is_massless = true;
+  form->omega_limit = free.omega_limit;
+  // With D = C F C^T and the reactions -D^-1 C (V_c eta + F f):
+  //   F <- F - F C^T D^-1 C F,   V_c <- V_c - F C^T D^-1 C V_c,   K = diag(omega^2) + (C V_c)^T D^-1 C V_c
+  const Matrix FC = s.massless.F * C.transpose();
+  const Cholesky D(C * FC);
+  if (!D.ok()) throw InputError(where + ": the conditions on its nodes cannot be told from each other");
+  const Matrix V_c = free.modal.V.bottomRows(c), CV = C * V_c, DCV = D.solve(CV);
+  Matrix F = s.massless.F - FC * D.solve(FC.transpose());
+  F = 0.5 * (F + F.transpose()).eval();
+  form->rows = rows_of_massless(s, std::make_shared<const Matrix>(std::move(F)));
+  const Matrix V_held = V_c - FC * DCV;
+  Matrix K = CV.transpose() * DCV;
+  K = 0.5 * (K + K.transpose()).eval();
+  K.diagonal() += free.modal.omega.cwiseAbs2();
+  // Rigid motions that are left: E y
+  const Matrix N = free_rigid_motions(reduced_rigid_modes(s, s.rigid_body.center), s.rigid_body, rows, held);
+  Matrix Q = free.modal.E * N;
+  if (Q.cols() > 0) Q = orthonormal_basis(Q);
+  const Eigenpairs pairs = dense_eigenpairs_beside(std::move(K), Q);
+  if (!pairs.converged) throw RunError(where + ": the modes of the held superelement could not be found");
+  DiagonalForm& modal = form->modal;
+  take_frequencies(pairs.lambda, N.cols(), modal);
+  modal.V.resize(k + c, n);
+  modal.V.topRows(k) = pairs.Phi;
+  modal.V.bottomRows(c) = V_held * pairs.Phi;
+  modal.E = pairs.Phi.transpose() * free.modal.E;
+  return form;
+}
+
+}  // namespace
+
+StaticRows static_rows(const std::vector<Index>& node, const Points& direction, std::shared_ptr<const Matrix> F, Index n) {
+  std::vector<Index> order(node.size());
+  std::iota(order.begin(), order.end(), Index{0});
+  std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return node[a] < node[b]; });
+  StaticRows rows;
+  rows.first.assign(static_cast<std::size_t>(n) + 1, 0);
+  rows.direction = direction(order, Eigen::all);
+  for (const Index i : order) rows.node.push_back(node[i]);
+  for (const Index at : node) ++rows.first[at + 1];
+  std::partial_sum(rows.first.begin(), rows.first.end(), rows.first.begin());
+  const bool sorted = std::is_sorted(order.begin(), order.end());
+  rows.F = sorted ? std::move(F) : std::make_shared<const Matrix>((*F)(order, order));
+  return rows;
+}
+
+std::shared_ptr<const StaticsForm::OfNodes> StaticsForm::of_nodes(const NodeRows& modal_rows) const {
+  for (const auto& known : sets_)
+    if (known->nodes == modal_rows.nodes()) return known;
+  auto of = std::make_shared<OfNodes>();
+  of->nodes = modal_rows.nodes();
+  auto part = std::make_shared<StaticRows>();
+  part->first.push_back(0);
+  for (std::size_t i = 0; i < of->nodes.size(); ++i) {
+    for (Index row = rows.first[of->nodes[i]]; row < rows.first[of->nodes[i] + 1]; ++row)
+      of->row.push_back(row), part->node.push_back(static_cast<Index>(i));
+    part->first.push_back(static_cast<Index>(of->row.size()));
+  }
+  part->direction = rows.direction(of->row, Eigen::all);
+  const bool all = part->size() == rows.size() && std::is_sorted(of->row.begin(), of->row.end());
+  part->F = all ? rows.F : std::make_shared<const Matrix>((*rows.F)(of->row, of->row));
+  of->rows = std::move(part);
+  if (is_massless) {
+    of->A = std::make_shared<const Matrix>(0, modal_rows.n_dofs());
+  } else if (const NodeRows::Shapes* shapes = modal_rows.shapes()) {
+    of->Q = shapes->Q, of->A = shapes->A;
+  } else {
+    of->A = std::make_shared<const Matrix>(modal_rows.Vt());
+  }
+  sets_.push_back(of);
+  return of;
+}
+
+double StaticsForm::following(double h) const { return is_massless || omega_limit == 0 ? h : std::max(h, 1 / omega_limit); }
+
+std::shared_ptr<const ThinResponse> StaticsForm::response(const std::shared_ptr<const OfNodes>& nodes, const ResponseOf& of,
+                                                          const Vector& weight) const {
+  for (const Known& known : known_)
+    if (known.nodes == nodes && known.of == of) return known.response;
+  if (known_.size() == most_known) known_.erase(known_.begin());
+  const bool of_velocity = of.weight == ResponseOf::Weight::velocity;
+  Matrix C;
+  if (nodes->A->rows() > 0)
+    C = nodes->Q.size() > 0 ? Matrix(nodes->Q.transpose() * weight.asDiagonal() * nodes->Q) : Matrix(weight.asDiagonal());
+  const double h = of.weight == ResponseOf::Weight::statics ? 1 : following(of.h);
+  auto response = std::make_shared<ThinResponse>(ThinResponse{nodes->A, C, nodes->rows, h});
+  if (of_velocity) response->rows = no_rows(nodes->nodes.size()), response->h = 1;
+  known_.push_back({nodes, of, response});
+  return response;
+}
+
+std::shared_ptr<const StaticsForm> free_statics_form(const std::shared_ptr<const Superelement>& superelement,
+                                                     const std::string& where) {
+  const Superelement& s = *superelement;
+  auto form = std::make_shared<StaticsForm>();
+  form->is_massless = s.is_massless();
+  if (form->is_massless) {
+    form->modal = form_of_modes(s, s.massless.V, "/massless/V", where);
+    form->rows = rows_of_massless(s, {superelement, &s.massless.F});
+    form->omega_limit = s.massless.omega_closed;
+  } else {
+    form->modal = free_characteristic_form(s, where);
+    form->rows = rows_of_characteristic(superelement);
+    form->omega_limit = form->modal.omega.size() > 0 ? form->modal.omega.maxCoeff() : 0;
+  }
+  return form;
+}
+
+std::shared_ptr<const StaticsForm> held_statics_form(const Superelement& s, const StaticsForm& free,
+                                                     const std::vector<HeldDirection>& held, const std::string& where) {
+  return free.is_massless ? held_massless(s, free, held, where) : held_characteristic(s, free, held, where);
+}
+
+}  // namespace cbr

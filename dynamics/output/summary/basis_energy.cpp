@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/output/summary/basis_energy.hpp"
+
+#include <algorithm>
+#include <sstream>
+
+namespace cbr {
+namespace {
+
+bool is_massless(const BuiltScene::OfInstance& instance) {
+  return !instance.parts.empty() && instance.parts.front().superelement->is_massless();
+}
+
+// Kinetic energy of all bodies moving together: what no contact among them can take.
+double common_motion(const BuiltScene& built, const RunResult& result) {
+  if (!built.momentum_is_kept) return 0;
+  Vector3 momentum = Vector3::Zero();
+  double mass = 0;
+  for (std::size_t b = 0; b < result.bodies.size(); ++b) {
+    momentum += Eigen::Map<const Vector3>(result.bodies[b].momentum.values.data());
+    mass += built.instances[b].mass;
+  }
+  return mass > 0 ? momentum.squaredNorm() / (2 * mass) : 0;
+}
+
+}  // namespace
+
+std::optional<OutsideBasis> energy_outside_basis(const BuiltScene& built, const RunResult& result) {
+  OutsideBasis outside;
+  bool any = false;
+  for (const ContactPair& pair : built.simulation.pairs) {
+    if (pair.law.law == ContactLaw::tied || pair.seen().largest_area == 0) continue;
+    if (pair.enforcement != Enforcement::impulse) {
+      outside.has_others = true;
+      continue;
+    }
+    for (const ContactSurface* surface : {pair.slave.get(), pair.master.get()}) {
+      if (pair.wall && surface == pair.master.get()) continue;
+      const auto& instance = built.instances[built.simulation.contact_nodes[surface->body].body];
+      if (is_massless(instance)) continue;
+      any = true;
+      outside.has_modes |= !instance.parts.empty();
+    }
+  }
+  if (!any) return std::nullopt;
+  std::size_t at = result.time.size() - 1;
+  for (std::size_t i = 0; i < result.time.size(); ++i)
+    if (result.active[i] == 0) at = i;
+  if (result.work_contact[at] == 0 && result.active.back() > 0) at = result.time.size() - 1;  // it has not been apart since it met
+  outside.energy = 0 - result.work_contact[at];
+  outside.friction = 0 - result.work_friction.back();
+  outside.scale = *std::max_element(result.total.begin(), result.total.end()) - common_motion(built, result);
+  if (!built.momentum_is_kept) outside.scale = std::max(outside.scale, std::abs(result.work_external.back()));
+  return outside;
+}
+
+std::string text_of(const OutsideBasis& outside, bool momentum_is_kept) {
+  std::ostringstream text;
+  text.precision(3);
+  text << "energy outside the " << (outside.has_modes ? "basis: " : "mesh: ") << outside.energy;
+  if (outside.scale > 0)
+    text << ", " << 100 * outside.energy / outside.scale << " % of "
+         << (momentum_is_kept ? "the energy against the common centre of mass" : "the largest energy or work of loads")
+         << " (good: a few per cent; " << (outside.has_modes ? "more modes and " : "") << "a finer mesh at the face lower it)";
+  text << ", taken by impulses" << (outside.has_others ? ", springs and node-lumped contact" : "")
+       << (outside.has_modes ? ": waves that the modes cannot hold" : ": the mass of the faces' own nodes") << "; friction took "
+       << outside.friction;
+  return text.str();
+}
+
+}  // namespace cbr

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/output/summary/contact_summary.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <sstream>
+
+#include "common/base/format_text.hpp"
+#include "common/scene/scene_words.hpp"
+
+namespace cbr {
+namespace {
+
+// "1 step", "2 steps"
+std::string counted(Index n, const std::string& noun) { return std::to_string(n) + " " + noun + (n == 1 ? "" : "s"); }
+
+// 0 where it is round-off.
+double initial_overlap(const ContactPair& pair) {
+  const double overlap = std::max(pair.seen().memory.initial_overlap, pair.seen().back.initial_overlap);
+  return overlap > 1e-10 * pair.master->size ? overlap : 0;
+}
+
+// Of contact, which looks at what is near only, else as it was watched. HUGE_VAL: not known.
+double initial_gap(const BuiltScene& built, Index p) {
+  const PairState& state = built.simulation.pairs[static_cast<std::size_t>(p)].seen();
+  const double seen = std::min(state.memory.initial_gap, state.back.initial_gap);
+  return std::isfinite(seen) ? seen : built.gaps.initial(built.simulation, p).value_or(HUGE_VAL);
+}
+
+bool has_touched(const ContactPair& pair) { return pair.seen().largest_area > 0 || initial_overlap(pair) > 0; }
+
+// What is good stands behind each figure.
+std::string penetration_text(const ContactPair& pair) {
+  const double depth = pair.seen().penetration, face = pair.master->size;
+  const double share = face > 0 ? 100 * depth / face : 0;
+  std::string text = format_text(", largest penetration %.3g", depth);
+  if (pair.enforcement == Enforcement::impulse) return text + " (good: 0, but for round-off)";
+  return text + format_text(", %.2g %% of a face (good: below 1 %%)", share);
+}
+
+// "contact a - b: never touched; the nearest gap at an output was 0.2; initial gap 0.3"
+std::string apart_line(const BuiltScene& built, Index p, bool is_restarted) {
+  std::string text = "contact " + built.simulation.pairs[static_cast<std::size_t>(p)].name + ": never touched";
+  const auto nearest = built.gaps.nearest(built.simulation, p), initial = built.gaps.initial(built.simulation, p);
+  if (!nearest || !initial) return text;
+  text += format_text("; the nearest gap at an output was %.3g", *nearest);
+  if (is_restarted) text += " (since the restart)";
+  return text + format_text("; initial gap %.3g", *initial);
+}
+
+std::string contact_line(const BuiltScene& built, Index p) {
+  const ContactPair& pair = built.simulation.pairs[static_cast<std::size_t>(p)];
+  std::ostringstream line;
+  line.precision(3);
+  line << "contact " << pair.name << ": " << counted(static_cast<Index>(pair.slave->nodes.size()), "slave node") << " of "
+       << pair.slave->name;
+  if (pair.law.law == ContactLaw::tied) {
+    const Index n = static_cast<Index>(pair.slave->nodes.size()),
+                free = pair.has_state() ? pair.seen().tie_report.without_partner : n;
+    line << ", " << counted(static_cast<Index>(pair.seen().ties.points.size()), "point") << " tied, largest offset "
+         << pair.seen().tie_report.largest_offset << ", " << counted(free, "node") << " left free";
+  }
+  line << ", " << word_of(formulation_words, pair.formulation) << ", " << word_of(enforcement_words, pair.enforcement);
+  if (pair.law.law == ContactLaw::coulomb) line << ", friction " << pair.law.friction;
+  if (pair.damping > 0) line << ", damping " << pair.damping;
+  line << "; largest area in contact " << pair.seen().largest_area;
+  if (pair.law.law != ContactLaw::tied) line << penetration_text(pair);
+  if (pair.enforcement == Enforcement::impulse) line << ", residual " << pair.seen().residual << " (good: below 1e-6)";
+  if (initial_overlap(pair) > 0) line << "; initial overlap " << initial_overlap(pair);
+  // Surfaces that touch or overlap somewhere have no gap, however far their other nodes are.
+  if (initial_overlap(pair) > 0) return line.str();
+  const double gap = initial_gap(built, p);
+  if (gap > 0 && std::isfinite(gap)) line << "; initial gap " << gap;
+  return line.str();
+}
+
+void residual_warning(const ContactPair& pair, Report& report) {
+  if (pair.enforcement != Enforcement::penalty && pair.seen().residual > 1e-6)
+    report.warning("contact " + pair.name + ": not all gaps could be closed or opened (complementarity residual above 1e-6)");
+}
+
+}  // namespace
+
+void warn_of_initial_overlaps(const BuiltScene& built, Report& report) {
+  for (const ContactPair& pair : built.simulation.pairs) {
+    const double overlap = initial_overlap(pair);
+    if (!(overlap > std::max(1e-6 * pair.master->size, pair.adjust.value_or(0)))) continue;
+    std::ostringstream warning;
+    warning.precision(3);
+    warning << "contact " << pair.name << ": the surfaces overlap by " << overlap
+            << " at the start; nodes that overlap are held where they are, not pushed out";
+    report.warning(warning.str());
+  }
+}
+
+// Of many pairs only those that met, and the first that the scene names and that did not.
+void contact_lines(const BuiltScene& built, bool is_restarted, Report& report) {
+  constexpr std::size_t many = 10, most_named = 20;
+  const auto& pairs = built.simulation.pairs;
+  std::size_t n_apart = 0, n_named = 0;
+  for (std::size_t p = 0; p < pairs.size(); ++p) {
+    const ContactPair& pair = pairs[p];
+    const bool apart = pair.law.law != ContactLaw::tied && !has_touched(pair);
+    if (pairs.size() > many && !has_touched(pair) && (pair.of_all || ++n_named > most_named)) {
+      ++n_apart;
+    } else {
+      report.line(apart ? apart_line(built, static_cast<Index>(p), is_restarted) : contact_line(built, static_cast<Index>(p)));
+      if (pair.seen().n_fallbacks > 0)
+        report.detail("contact " + pair.name + ": Newton's method needed help in " + counted(pair.seen().n_fallbacks, "step"));
+    }
+    residual_warning(pair, report);
+  }
+  if (n_apart > 0) report.line("contact: " + counted(n_apart, "more pair") + " that never touched");
+}
+
+}  // namespace cbr

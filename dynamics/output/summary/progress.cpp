@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/output/summary/progress.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "common/base/format_text.hpp"
+
+namespace cbr {
+namespace {
+
+constexpr double between_drawings = 0.1, first_line = 1;  // seconds
+
+double steady_seconds() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+
+}  // namespace
+
+RunProgress::RunProgress(Report& report, std::string what, double end, double from, bool is_terminal, Seconds clock)
+    : report_(report),
+      what_(std::move(what)),
+      end_(end),
+      from_(from),
+      is_terminal_(is_terminal),
+      clock_(std::move(clock)),
+      begin_(clock_()),
+      told_(static_cast<int>(10 * from)) {}
+
+RunProgress::RunProgress(Report& report, std::string what, double end, double from)
+    : RunProgress(report, std::move(what), end, from, ::isatty(STDERR_FILENO) == 1, steady_seconds) {}
+
+// What is left takes as long as what is done did, share for share.
+std::string RunProgress::left(double fraction, double elapsed) const {
+  if (!(fraction > from_)) return "";
+  return ", " + human_seconds(elapsed * (1 - fraction) / (fraction - from_)) + " left";
+}
+
+void RunProgress::at(double fraction) {
+  if (!std::isfinite(fraction)) return;
+  const double elapsed = clock_() - begin_;
+  if (is_terminal_) {
+    if (drawn_ >= 0 && elapsed - drawn_ < between_drawings) return;
+    drawn_ = elapsed;
+    report_.draw(what_ + format_text(": %.0f %%, t = %.4g s of %.4g s", std::floor(100 * fraction), fraction * end_, end_) +
+                 left(fraction, elapsed));
+    return;
+  }
+  const int tenths = static_cast<int>(std::floor(10 * fraction + 1e-9));
+  if (tenths <= told_ || tenths >= 10) return;
+  told_ = tenths;
+  if (elapsed < first_line) return;
+  report_.line(what_ + format_text(": %d %%, t = %.4g s of %.4g s", 10 * tenths, fraction * end_, end_) + left(fraction, elapsed));
+}
+
+}  // namespace cbr

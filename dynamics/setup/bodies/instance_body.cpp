@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/setup/bodies/instance_body.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "common/base/error.hpp"
+#include "common/scene/static_forces.hpp"
+#include "dynamics/motion/coupled/coupled_body.hpp"
+#include "dynamics/motion/driven_body.hpp"
+#include "dynamics/motion/modal/forms/characteristic_form.hpp"
+#include "dynamics/motion/modal/forms/truncated_form.hpp"
+#include "dynamics/motion/modal/statics_body.hpp"
+#include "dynamics/motion/modal/superelement_body.hpp"
+#include "dynamics/motion/modal/turning_body.hpp"
+#include "dynamics/motion/scaled/scaled_body.hpp"
+#include "dynamics/setup/bodies/mesh_modes.hpp"
+#include "dynamics/setup/bodies/support_motion.hpp"
+#include "dynamics/setup/bodies/turning.hpp"
+#include "dynamics/setup/components/skin_shells.hpp"
+
+namespace cbr {
+namespace {
+
+// In axes that move with the supports.
+Placement placement_of(const SceneIndex& index, const Instance& instance) {
+  const Vector3 of_supports = support_motion(index, instance).velocity(0);
+  return {instance.transformation(), instance.position, instance.velocity - of_supports};
+}
+
+Scheme scheme_of(const TimeOptions& time) {
+  if (time.integrator == Integrator::newmark) return Scheme::newmark;
+  return time.integrator == Integrator::exact ? Scheme::exact : Scheme::central_difference;
+}
+
+std::string where(const Instance& instance) { return "instance '" + instance.name + "'"; }
+
+CoupledModel model_of(const MeshedComponent& component) { return coupled_model(*component.fe, component.geometry->coordinates); }
+
+CoupledModel model_of(const ReducedComponent& component) {
+  if (component.parts.size() == 1) return coupled_model(component.parts.front().superelement);
+  std::vector<std::shared_ptr<const Superelement>> domains;
+  std::vector<std::vector<Index>> place;
+  for (const ReducedPart& part : component.parts) domains.push_back(part.superelement), place.push_back(part.node);
+  return coupled_model(domains, component.geometry->coordinates, place, component.rigid_body);
+}
+
+}  // namespace
+
+std::vector<HeldDirection> held_directions(const SceneIndex& index, const Instance& instance, const Geometry& geometry) {
+  std::map<std::pair<Index, int>, bool> held;
+  for (const BoundaryCondition* condition : index.boundary(instance))
+    for (const Index node : find_nodes(geometry, instance.name, condition->nodes, condition->source))
+      for (int c = 0; c < 3; ++c)
+        if (condition->fix[c]) held[{node, c}] = true;
+  const Matrix3 T = instance.transformation();
+  std::vector<HeldDirection> list;
+  // u_scene = T u, so e_c . u_scene = (T^T e_c) . u
+  for (const auto& [at, unused] : held) list.push_back({at.first, T.row(at.second).transpose()});
+  return list;
+}
+
+template <typename Component>
+BodyMaker::Shelled& BodyMaker::shelled(const Instance& instance, const Component& component) {
+  // Of one component, instances differ in which of their surfaces the skin names.
+  std::string key = instance.component + (instance.as == InstanceKind::mesh ? " mesh" : " superelement");
+  if (skin_acts(scene_))
+    for (const auto& [name, surface] : component.geometry->surfaces)
+      for (const std::string& skinned : scene_.skin->surfaces)
+        if (skinned == name || skinned == instance.name + "." + name) key += " " + name;
+  Shelled& shelled = shelled_[key];
+  if (!shelled.model) {
+    CoupledModel model = model_of(component);
+    if (skin_acts(scene_)) add_shells(skin_shells(scene_, instance.name, *component.geometry), model);
+    shelled.model = std::make_shared<CoupledModel>(std::move(model));
+  }
+  return shelled;
+}
+
+InstanceBody BodyMaker::make_coupled(const Instance& instance, const Geometry& geometry, Shelled& shelled) {
+  // Meshes under `exact` move by central differences.
+  const Scheme scheme = scene_.time->integrator == Integrator::newmark ? Scheme::newmark : Scheme::central_difference;
+  std::vector<HeldDirection> held = held_directions(index_, instance, geometry);
+  std::shared_ptr<CoupledSystem> system = held.empty() ? shelled.system : nullptr;
+  if (!system) {
+    const bool free = held.empty();
+    system = std::make_shared<CoupledSystem>(shelled.model, std::move(held), where(instance));
+    if (free) shelled.system = system;
+  }
+  return {std::make_unique<CoupledBody>(instance.name, system, placement_of(index_, instance), scheme, NewmarkOptions{scene_.time->alpha}),
+          shelled.model->rigid_body.mass};
+}
+
+InstanceBody BodyMaker::make_scaled_from_matrices(const Instance& instance, const ReducedComponent& component) {
+  std::vector<HeldDirection> held = held_directions(index_, instance, *component.geometry);
+  std::shared_ptr<ScaledModel> of_instance;
+  std::shared_ptr<ScaledModel>& model = held.empty() ? scaled_[component.superelement.get()] : of_instance;
+  if (!model) model = scaled_model(component.superelement, std::move(held), where(instance));
+  return {std::make_unique<ScaledBody>(instance.name, model, placement_of(index_, instance)), component.rigid_body.mass};
+}
+
+std::shared_ptr<const DiagonalForm> BodyMaker::held_form(const Instance& instance, const ReducedComponent& component) {
+  std::vector<HeldDirection> held = held_directions(index_, instance, *component.geometry);
+  auto& forms = held_forms_[component.superelement.get()];
+  for (const auto& [known, form] : forms)
+    if (known == held) return form;
+  const Superelement& s = *component.superelement;
+  auto form = std::make_shared<const DiagonalForm>(s.is_characteristic() ? held_characteristic_form(s, held, where(instance))
+                                                                         : held_diagonal_form(s, held, where(instance)));
+  forms.emplace_back(std::move(held), form);
+  return form;
+}
+
+InstanceBody BodyMaker::make_with_statics(const Instance& instance, const ReducedComponent& component) {
+  std::shared_ptr<const StaticsForm> form = component.statics;
+  std::vector<HeldDirection> held = held_directions(index_, instance, *component.geometry);
+  if (!held.empty()) {
+    auto& forms = held_statics_[component.superelement.get()];
+    const auto known = std::find_if(forms.begin(), forms.end(), [&](const auto& other) { return other.first == held; });
+    form = known != forms.end() ? known->second : held_statics_form(*component.superelement, *form, held, where(instance));
+    if (known == forms.end()) forms.emplace_back(std::move(held), form);
+  }
+  return {std::make_unique<StaticsBody>(instance.name, component.superelement, form, placement_of(index_, instance),
+                                        scheme_of(*scene_.time), NewmarkOptions{scene_.time->alpha}),
+          component.rigid_body.mass};
+}
+
+std::shared_ptr<const StaticsForm> BodyMaker::truncated(const Instance& instance, const ReducedComponent& component,
+                                                        const DiagonalForm& form) {
+  const TimeOptions& time = *scene_.time;
+  // What acts on nodes beside the contact faces would find no statics there
+  const bool has_points = !component_of(scene_, instance).points.empty();
+  const bool is_free = !index_.is_held(instance) && !index_.has_loads(instance) && !has_points;
+  if (time.is_static || preload_steps(scene_) > 0) return nullptr;
+  if (time.step || time.cfl || !is_free || scheme_of(time) != Scheme::exact) return nullptr;
+  if (!index_.may_touch(instance) || !index_.has_only_impulses(instance)) return nullptr;
+  const auto [at, is_new] = truncated_.try_emplace(&form);
+  if (!is_new) return at->second;
+  const Superelement& s = *component.superelement;
+  const double highest = dynamic_limit(s.eigenvalues);
+  if (!may_truncate(highest, form)) return nullptr;
+  const StaticShare forces = static_forces(touching_surfaces(interface_needs(scene_, component_of(scene_, instance)), s), {}, s);
+  if (is_large_face(forces)) at->second = truncated_form(highest, form, forces, s);
+  return at->second;
+}
+
+InstanceBody BodyMaker::make_modal(const Instance& instance, const ReducedComponent& component) {
+  if (scales_from_matrices(index_, instance, component, component.form != nullptr))
+    return make_scaled_from_matrices(instance, component);
+  const std::shared_ptr<const DiagonalForm> form = index_.is_held(instance) ? held_form(instance, component) : component.form;
+  if (scene_.time->mass_scaling && index_.may_touch(instance)) {
+    std::shared_ptr<ScaledModel>& model = scaled_[form.get()];
+    if (!model) model = scaled_model(component.superelement, form);
+    return {std::make_unique<ScaledBody>(instance.name, model, placement_of(index_, instance)), component.rigid_body.mass};
+  }
+  if (const std::shared_ptr<const StaticsForm> part = truncated(instance, component, *form))
+    return {std::make_unique<StaticsBody>(instance.name, component.superelement, part, placement_of(index_, instance), Scheme::exact),
+            component.rigid_body.mass};
+  return {std::make_unique<SuperelementBody>(instance.name, component.superelement, form, placement_of(index_, instance),
+                                             scheme_of(*scene_.time), NewmarkOptions{scene_.time->alpha}),
+          component.rigid_body.mass};
+}
+
+InstanceBody BodyMaker::make_turning(const Instance& instance, const ReducedComponent& component) {
+  require_turning(index_, instance, component);
+  InstanceBody made = component.statics ? make_with_statics(instance, component) : make_modal(instance, component);
+  auto* statics = dynamic_cast<StaticsBody*>(made.body.get());
+  SuperelementBody& modal = statics ? statics->modal() : dynamic_cast<SuperelementBody&>(*made.body);
+  const bool late = component.statics && component.statics->is_massless;
+  auto body = std::make_unique<TurningBody>(std::move(made.body), modal, late, instance.angular_velocity);
+  made.notes = notes_of_spin(instance, *component.superelement, body->feels_spin(), modal);
+  made.body = std::move(body);
+  return made;
+}
+
+InstanceBody BodyMaker::make_modal_with_shells(const Instance& instance, const ReducedComponent& component) {
+  Shelled& with = shelled(instance, component);
+  if (!with.nodes) with.nodes = std::make_shared<Superelement>(nodes_only(*with.model));
+  const auto form_of = [&](const std::vector<HeldDirection>& held) {
+    return std::make_shared<DiagonalForm>(diagonal_form(*with.model, held, where(instance)));
+  };
+  std::shared_ptr<const DiagonalForm> form;
+  if (index_.is_held(instance)) {
+    form = form_of(held_directions(index_, instance, *component.geometry));
+  } else {
+    if (!with.form) with.form = form_of({});
+    form = with.form;
+  }
+  return {std::make_unique<SuperelementBody>(instance.name, with.nodes, form, placement_of(index_, instance), Scheme::exact),
+          with.model->rigid_body.mass};
+}
+
+InstanceBody BodyMaker::make(const Instance& instance, const ReducedComponent& component) {
+  return driven(instance, make_held(instance, component));
+}
+
+InstanceBody BodyMaker::make(const Instance& instance, const MeshedComponent& component) {
+  return driven(instance, make_held(instance, component));
+}
+
+InstanceBody BodyMaker::driven(const Instance& instance, InstanceBody held) const {
+  DrivenMotion motion = support_motion(index_, instance);
+  if (!motion.empty()) held.body = std::make_unique<DrivenBody>(std::move(held.body), std::move(motion), held.mass, !scene_.time->is_static,
+                                             preload_steps(scene_) > 0);
+  return held;
+}
+
+InstanceBody BodyMaker::make_held(const Instance& instance, const ReducedComponent& component) {
+  if (turns(index_, instance)) return make_turning(instance, component);
+  if (component.statics) return make_with_statics(instance, component);
+  const bool stored = component.form != nullptr;
+  if (coordinates_of_reduced(index_, instance, component, stored) == Coordinates::coupled)
+    return make_coupled(instance, *component.geometry, shelled(instance, component));
+  return has_shells(scene_, instance, *component.geometry) ? make_modal_with_shells(instance, component)
+                                                           : make_modal(instance, component);
+}
+
+InstanceBody BodyMaker::make_mesh_modes(const Instance& instance, const MeshedComponent& component) const {
+  if (has_shells(scene_, instance, *component.geometry))
+    throw InputError(scene_.skin->source.text() + ": skin: instance '" + instance.name +
+                     "' (as: mesh) cannot carry shells that act with --modes or --sweep: use as: superelement");
+  auto modes = std::make_shared<MeshModes>(
+      mesh_modes(component, held_directions(index_, instance, *component.geometry), *component.modes, where(instance)));
+  auto body = std::make_unique<SuperelementBody>(instance.name, modes->nodes, modes->form, placement_of(index_, instance), Scheme::exact);
+  body->sum_forces();
+  return {std::move(body), modes->nodes->rigid_body.mass, modes};
+}
+
+InstanceBody BodyMaker::make_held(const Instance& instance, const MeshedComponent& component) {
+  if (component.modes) return make_mesh_modes(instance, component);
+  if (coordinates_of_mesh(scene_, instance, *component.geometry) == Coordinates::coupled)
+    return make_coupled(instance, *component.geometry, shelled(instance, component));
+  auto body = std::make_unique<MeshBody>(instance.name, component.model, placement_of(index_, instance),
+                                         held_directions(index_, instance, *component.geometry), threads_);
+  if (preload_steps(scene_) > 0)
+    body->do_statics_with(make_coupled(instance, *component.geometry, shelled(instance, component)).body);
+  return {std::move(body), component.model->rigid_body.mass};
+}
+
+}  // namespace cbr

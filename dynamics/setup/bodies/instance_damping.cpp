@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/setup/bodies/instance_damping.hpp"
+
+#include <set>
+#include <string>
+
+#include "common/base/error.hpp"
+
+namespace cbr {
+namespace {
+
+MaterialDamping damping_of_material(const Scene& scene, const std::string& material) {
+  const auto found = scene.damping.find(material);
+  return found == scene.damping.end() ? MaterialDamping() : found->second;
+}
+
+std::set<std::string> materials_of(const Component& component) {
+  std::set<std::string> names;
+  if (!component.material.empty()) names.insert(component.material);
+  for (const auto& [block, options] : component.blocks)
+    if (!options.material.empty()) names.insert(options.material);
+  return names;
+}
+
+}  // namespace
+
+Damping damping_of(const SceneIndex& index, const Instance& instance) {
+  const Component& component = component_of(index.scene(), instance);
+  const std::set<std::string> materials = materials_of(component);
+  Damping damping;
+  damping.modal = instance.damping;
+  if (!materials.empty()) damping.material = damping_of_material(index.scene(), *materials.begin());
+  for (const std::string& other : materials) {
+    if (damping_of_material(index.scene(), other) == damping.material) continue;
+    throw InputError(
+        component.source.text() + ": components." + component.name + ": its materials '" + *materials.begin() + "' and '" + other +
+        "' are damped differently: give all materials of a component the same damping" +
+        (instance.as == InstanceKind::superelement ? ", or none and instances." + instance.name + ".damping: {ratio: ...}" : ""));
+  }
+  if (!damping.none() && index.is_nodal(instance))
+    throw InputError(instance.source.text() + ": instance '" + instance.name +
+                     "': damping cannot be had with contact of enforcement: nodal: use enforcement: impulse or penalty");
+  return damping;
+}
+
+void damp(const Instance& instance, const Damping& damping, Body& body) {
+  try {
+    body.damp(damping);
+  } catch (const InputError& error) {
+    throw InputError(instance.source.text() + ": " + error.what());
+  }
+}
+
+}  // namespace cbr

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Front door of dynamics/setup/built: what build() makes, and questions about it.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "dynamics/run/simulation.hpp"
+#include "dynamics/setup/built/gap_watch.hpp"
+#include "dynamics/setup/components/component_model.hpp"
+#include "dynamics/setup/components/geometry.hpp"
+
+namespace cbr {
+
+struct MeshModes;
+
+// A scene's instances ready to move, and what the outputs need to know of them beyond Body.
+struct BuiltScene {
+  Simulation simulation;
+  struct OfInstance {
+    std::string name, component;
+    std::shared_ptr<const Geometry> geometry;
+    std::vector<ReducedPart> parts;  // of a superelement, or
+    Index n_modal = 0;               // of all parts
+    std::shared_ptr<const Mesh> mesh;
+    std::vector<BlockProperties> properties;
+    std::vector<Index> body_node;  // of each node of the mesh
+    std::shared_ptr<const MeshModes> modes;  // BuildOptions::mesh_modes
+    Index n_shell_faces = 0;       // of the skin, that act
+    Placement placement;
+    double mass = 0;
+  };
+  std::vector<OfInstance> instances;  // as simulation.bodies
+  GapWatch gaps;
+  std::vector<std::string> notes;     // for the summary
+  bool momentum_is_kept = true;       // no boundary conditions, loads, or rigid walls that are met
+};
+
+}  // namespace cbr

@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/setup/built/instance_elements.hpp"
+
+#include <algorithm>
+#include <set>
+
+#include "common/base/error.hpp"
+#include "common/fem/elements/nodal_stress.hpp"
+#include "dynamics/setup/components/superelement_alone.hpp"
+
+namespace cbr {
+namespace {
+
+bool is_same(const Material& a, const Material& b) {
+  if (a.youngs_modulus != b.youngs_modulus || a.poissons_ratio != b.poissons_ratio) return false;
+  if (a.orthotropy.has_value() != b.orthotropy.has_value()) return false;
+  if (!a.orthotropy) return true;
+  const Orthotropy &s = *a.orthotropy, &t = *b.orthotropy;
+  return s.youngs_moduli == t.youngs_moduli && s.poissons_ratios == t.poissons_ratios && s.shear_moduli == t.shear_moduli &&
+         s.axes == t.axes;
+}
+
+}  // namespace
+
+std::map<std::string, BlockProperties> recovered_properties(const Component& component, const Scene& scene,
+                                                            const BuiltScene::OfInstance& of) {
+  Mesh names;  // only names and types of blocks are asked for; a domain may lack some
+  for (const ReducedPart& part : of.parts)
+    for (const Block& block : part.superelement->recovery.front().blocks)
+      if (find_block(names, block.name) < 0) names.blocks.push_back(block);
+  const bool in_scene = component.has_mesh && (!component.material.empty() || !may_hold_materials(component.mesh));
+  const std::vector<BlockProperties> properties =
+      in_scene ? block_properties(scene, component, names)
+                         : properties_in_file(component, of.parts.front().superelement->provenance, names.blocks);
+  std::map<std::string, BlockProperties> by_name;
+  for (std::size_t b = 0; b < names.blocks.size(); ++b) by_name[names.blocks[b].name] = properties[b];
+  return by_name;
+}
+
+InstanceElements::InstanceElements(const Scene& scene, const BuiltScene::OfInstance& of, const SourceLine& source)
+    : of_(of), n_modal_(of.n_modal), n_body_(of.geometry->coordinates.rows()) {
+  for (const ReducedPart& part : of.parts)
+    if (part.superelement->recovery.empty())
+      throw InputError(source.text() + ": instance '" + of.name +
+                       "': its superelement has no recovery data, from which stress and interior points follow: give its "
+                       "component reduction: {recovery: true}, or recovery: [SET, ...], and run cbr-reduce");
+  add_nodes();
+  of.mesh ? add_mesh() : add_parts(scene);
+  find_materials();
+  find_places();
+}
+
+void InstanceElements::add_nodes() {
+  Index n = n_body_;
+  for (const ReducedPart& part : of_.parts) {
+    first_interior_.push_back(n);
+    n += part.superelement->recovery.front().coordinates.rows();
+  }
+  ids_ = of_.geometry->node_ids;
+  X_.resize(n, 3);
+  X_.topRows(n_body_) = of_.geometry->coordinates;
+  for (std::size_t p = 0; p < of_.parts.size(); ++p) {
+    const Superelement::Recovery& recovery = of_.parts[p].superelement->recovery.front();
+    ids_.insert(ids_.end(), recovery.node_ids.begin(), recovery.node_ids.end());
+    X_.middleRows(first_interior_[p], recovery.coordinates.rows()) = recovery.coordinates;
+  }
+}
+
+Index InstanceElements::node_of_part(std::size_t p, Index local) const {
+  const std::vector<Index>& node = of_.parts[p].node;
+  const auto n = static_cast<Index>(node.size());
+  return local < n ? node[static_cast<std::size_t>(local)] : first_interior_[p] + local - n;
+}
+
+void InstanceElements::add_mesh() {
+  for (std::size_t b = 0; b < of_.mesh->blocks.size(); ++b) {
+    const Block& block = of_.mesh->blocks[b];
+    if (dimension(block.type) != 3) continue;
+    Group group{block.name, block.id, block.type, of_.properties[b], block.connectivity, block.element_ids, 0};
+    for (Index& node : group.nodes.reshaped()) node = of_.body_node[static_cast<std::size_t>(node)];
+    groups_.push_back(std::move(group));
+  }
+}
+
+void InstanceElements::add_parts(const Scene& scene) {
+  const Component& component = scene.components.at(of_.component);
+  const std::map<std::string, BlockProperties> properties = recovered_properties(component, scene, of_);
+  for (std::size_t p = 0; p < of_.parts.size(); ++p) {
+    for (const Block& block : of_.parts[p].superelement->recovery.front().blocks) {
+      if (dimension(block.type) != 3) continue;
+      Group group{block.name, block.id, block.type, properties.at(block.name), block.connectivity, block.element_ids, 0};
+      for (Index& node : group.nodes.reshaped()) node = node_of_part(p, node);
+      groups_.push_back(std::move(group));
+    }
+  }
+}
+
+void InstanceElements::find_materials() {
+  std::vector<const Material*> known;
+  for (Group& group : groups_) {
+    const auto found =
+        std::find_if(known.begin(), known.end(), [&](const Material* m) { return is_same(*m, group.properties.material); });
+    group.material = found - known.begin();
+    if (found == known.end()) known.push_back(&group.properties.material);
+  }
+  n_materials_ = static_cast<Index>(known.size());
+}
+
+void InstanceElements::find_places() {
+  place_ = IndexTable::Constant(n_nodes(), n_materials_, -1);
+  std::vector<double> counts;
+  for (const Group& group : groups_) {
+    for (const Index node : group.nodes.reshaped()) {
+      Index& place = place_(node, group.material);
+      if (place < 0) {
+        place = static_cast<Index>(places_.size());
+        places_.push_back({node, group.material, group.block_id});
+        counts.push_back(0);
+      }
+      Index& block = places_[static_cast<std::size_t>(place)].block_id;
+      block = std::min(block, group.block_id);
+      counts[static_cast<std::size_t>(place)] += 1;
+    }
+  }
+  shares_ = Eigen::Map<const Vector>(counts.data(), static_cast<Index>(counts.size())).cwiseInverse();
+}
+
+Index InstanceElements::n_elements() const {
+  Index n = 0;
+  for (const Group& group : groups_) n += group.nodes.rows();
+  return n;
+}
+
+std::vector<Index> InstanceElements::nodes_of_set(const std::string& name) const {
+  std::vector<Index> nodes;
+  const Geometry& geometry = *of_.geometry;
+  if (const auto surface = geometry.surfaces.find(name); surface != geometry.surfaces.end()) return surface_nodes(surface->second);
+  if (const auto set = geometry.nodesets.find(name); set != geometry.nodesets.end()) nodes = set->second;
+  for (std::size_t p = 0; p < of_.parts.size(); ++p) {
+    const auto& sets = of_.parts[p].superelement->recovered_sets;
+    const auto found = sets.find(name);
+    if (found == sets.end()) continue;
+    for (const Index local : found->second) nodes.push_back(node_of_part(p, local));
+  }
+  std::sort(nodes.begin(), nodes.end());
+  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+  return nodes;
+}
+
+std::vector<std::string> InstanceElements::set_names() const {
+  std::set<std::string> names;
+  for (const auto& [name, surface] : of_.geometry->surfaces) names.insert(name);
+  for (const auto& [name, nodes] : of_.geometry->nodesets) names.insert(name);
+  for (const ReducedPart& part : of_.parts)
+    for (const auto& [name, nodes] : part.superelement->recovered_sets) names.insert(name);
+  return {names.begin(), names.end()};
+}
+
+namespace {
+
+// u_c of a part from the body's coordinates
+Vector interface_motion(const ReducedPart& part, Index n_modal, const Vector& q) {
+  const Superelement& s = *part.superelement;
+  Vector u_c(s.c());
+  for (Index i = 0; i < s.c(); ++i) {
+    const auto dof = static_cast<std::size_t>(i);
+    u_c[i] = q[n_modal + 3 * part.node[static_cast<std::size_t>(s.dof_node[dof])] + s.dof_component[dof]];
+  }
+  return u_c;
+}
+
+}  // namespace
+
+Points InstanceElements::displacements(const Vector& q) const {
+  Points u(n_nodes(), 3);
+  u.topRows(n_body_) = Eigen::Map<const Points>(q.data() + n_modal_, n_body_, 3);
+  for (std::size_t p = 0; p < of_.parts.size(); ++p) {
+    const ReducedPart& part = of_.parts[p];
+    const Superelement::Recovery& recovery = part.superelement->recovery.front();
+    // u_I = Psi u_c + Phi q_k
+    const Vector u_I =
+        recovery.Psi * interface_motion(part, n_modal_, q) + recovery.Phi * q.segment(part.first_mode, part.superelement->k());
+    u.middleRows(first_interior_[p], u_I.size() / 3) = Eigen::Map<const Points>(u_I.data(), u_I.size() / 3, 3);
+  }
+  return u;
+}
+
+Matrix InstanceElements::dense_rows(const std::vector<Index>& nodes) const {
+  Matrix rows = Matrix::Zero(3 * static_cast<Index>(nodes.size()), n_coordinates());
+  for (Index i = 0; i < static_cast<Index>(nodes.size()); ++i) {
+    const Index node = nodes[static_cast<std::size_t>(i)];
+    if (node < n_body_) {
+      for (int d = 0; d < 3; ++d) rows(3 * i + d, dof(node) + d) = 1;
+      continue;
+    }
+    const auto p = static_cast<std::size_t>(std::upper_bound(first_interior_.begin(), first_interior_.end(), node) -
+                                            first_interior_.begin() - 1);
+    const ReducedPart& part = of_.parts[p];
+    const Superelement& s = *part.superelement;
+    const Superelement::Recovery& recovery = s.recovery.front();
+    const Index local = 3 * (node - first_interior_[p]);
+    rows.block(3 * i, part.first_mode, 3, s.k()) = recovery.Phi.middleRows(local, 3);
+    for (Index c = 0; c < s.c(); ++c) {
+      const auto j = static_cast<std::size_t>(c);
+      const Index column = dof(part.node[static_cast<std::size_t>(s.dof_node[j])]) + s.dof_component[j];
+      rows.block(3 * i, column, 3, 1) = recovery.Psi.block(local, c, 3, 1);
+    }
+  }
+  return rows;
+}
+
+Points InstanceElements::element_points(const Group& group, Index e) const { return element_motion(group, e, X_); }
+
+Points InstanceElements::element_motion(const Group& group, Index e, const Points& u) const {
+  Points of_element(group.nodes.cols(), 3);
+  for (Index a = 0; a < of_element.rows(); ++a) of_element.row(a) = u.row(group.nodes(e, a));
+  return of_element;
+}
+
+Matrix InstanceElements::element_stresses(const Points& u) const {
+  Matrix stress(n_elements(), 6);
+  Index row = 0;
+  for (const Group& group : groups_)
+    for (Index e = 0; e < group.nodes.rows(); ++e)
+      stress.row(row++) = element_stress(group.type, group.properties.hex8, element_points(group, e), group.properties.material,
+                                         element_motion(group, e, u))
+                              .transpose();
+  return stress;
+}
+
+Matrix InstanceElements::nodal_stresses(const Points& u) const {
+  Matrix stress = Matrix::Zero(static_cast<Index>(places_.size()), 6);
+  for (const Group& group : groups_) {
+    for (Index e = 0; e < group.nodes.rows(); ++e) {
+      const Matrix of_element = element_nodal_stress(group.type, group.properties.hex8, element_points(group, e),
+                                                     group.properties.material, element_motion(group, e, u));
+      for (Index a = 0; a < of_element.rows(); ++a) stress.row(place_(group.nodes(e, a), group.material)) += of_element.row(a);
+    }
+  }
+  return shares_.asDiagonal() * stress;
+}
+
+}  // namespace cbr

@@ -1,0 +1,394 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/setup/components/component_model.hpp"
+
+#include <algorithm>
+
+#include "common/base/error.hpp"
+#include "common/base/format_text.hpp"
+#include "common/fem/connected_parts.hpp"
+#include "common/scene/component_mass.hpp"
+#include "common/scene/left_out_blocks.hpp"
+#include "common/scene/staleness.hpp"
+#include "common/superelement/superelement_check.hpp"
+#include "dynamics/motion/modal/forms/characteristic_form.hpp"
+#include "dynamics/setup/components/half_modes.hpp"
+#include "dynamics/setup/components/skin_shells.hpp"
+#include "dynamics/setup/components/superelement_alone.hpp"
+
+namespace cbr {
+namespace {
+
+// Up to here a diagonal form that is not stored is made for a run that could do without: seconds, and every step gains.
+constexpr Index small_enough_to_diagonalise = 1500;
+
+std::string scene_argument(const Scene& scene) { return scene.file == "-" ? "SCENE" : scene.file.string(); }
+
+void require_current(const Scene& scene, const Component& component, const ReductionOptions& reduction) {
+  const std::string& file = reduction.superelement.string();
+  const std::string where = component.source.text() + ": component '" + component.name + "': the superelement " + file;
+  const std::string cure = ": run cbr-reduce " + scene_argument(scene);
+  if (!std::filesystem::exists(reduction.superelement)) throw InputError(where + " does not exist" + cure);
+  const std::string hash = read_content_hash(reduction.superelement);
+  if (hash.empty()) read_superelement(reduction.superelement);  // says what is wrong with a damaged or foreign file
+  if (hash != content_hash(scene, component) || is_of_other_mass(component))
+    throw InputError(where + " was not made from the present mesh, materials and reduction options (" +
+                     stale_text(scene, component) + ")" + cure);
+  if (lacks_face_centres(reduction.superelement))
+    throw InputError(where + " is of hex27 and lacks the centre nodes of its faces, which versions before 0.2 lost" + cure);
+}
+
+// What is wrong with a mesh or a superelement is found where nobody knows who names it: the scene's line and the component come
+// first.
+template <typename Action>
+auto naming(const Component& component, const Action& action) {
+  const auto named = [&](const std::string& what) {
+    if (what.starts_with(component.source.file + ":")) return what;  // says it already
+    const std::string name = "component '" + component.name + "': ";
+    return component.source.text() + ": " + (what.starts_with(name) ? "" : name) + what;
+  };
+  try {
+    return action();
+  } catch (const InputError& error) {
+    throw InputError(named(error.what()));
+  } catch (const RunError& error) {
+    throw RunError(named(error.what()));
+  }
+}
+
+// Errors of an action that knows elements, and not whose: the file comes first.
+template <typename Action>
+auto naming(const std::filesystem::path& file, const Action& action) {
+  try {
+    return action();
+  } catch (const InputError& error) {
+    throw InputError(file.string() + ": " + error.what());
+  } catch (const RunError& error) {
+    throw RunError(file.string() + ": " + error.what());
+  }
+}
+
+std::vector<const Instance*> instances_of(const Scene& scene, const Component& component, InstanceKind as) {
+  std::vector<const Instance*> list;
+  for (const Instance& instance : scene.instances)
+    if (instance.component == component.name && instance.as == as) list.push_back(&instance);
+  return list;
+}
+
+// Which parts of a file the instances need.
+struct Needs {
+  bool modal = false;     // an instance moves in the diagonal form
+  bool matrices = false;  // K_cc, M_cc, M_kc
+  bool diagonal = false;  // the form as it is stored
+};
+
+Needs needs_of(const SceneIndex& index, const Component& component, const ReducedComponent& reduced, bool has_diagonal_form) {
+  Needs needs;
+  for (const Instance* instance : instances_of(index.scene(), component, InstanceKind::superelement)) {
+    const bool modal = coordinates_of_reduced(index, *instance, reduced, has_diagonal_form) == Coordinates::modal;
+    const bool as_stored =
+        modal && has_diagonal_form && !index.is_held(*instance) && !has_shells(index.scene(), *instance, *reduced.geometry);
+    needs.modal |= modal;
+    needs.diagonal |= as_stored;
+    needs.matrices |= !as_stored || index.is_nodal(*instance);
+  }
+  return needs;
+}
+
+SuperelementParts parts_to_read(const Needs& needs, bool recovery) { return {needs.matrices, needs.diagonal, recovery}; }
+
+constexpr SuperelementParts light = {false, false, false};  // enough to tell the needs by
+
+Geometry geometry_of(const JoinedNodes& nodes, const SuperelementGroup& group) {
+  Geometry geometry;
+  geometry.node_ids = nodes.node_ids, geometry.coordinates = nodes.coordinates, geometry.nodesets = nodes.nodesets;
+  for (const Surface& surface : nodes.surfaces) geometry.surfaces[surface.name] = surface;
+  geometry.reduced = true;
+  for (const Superelement& domain : group.domains)
+    for (const auto& [name, of_set] : domain.recovered_sets) geometry.recovered.insert(name);
+  return geometry;
+}
+
+Geometry geometry_of_group(const SuperelementGroup& group) { return geometry_of(join_nodes(group), group); }
+
+// Fields, stress, and histories of sets inside.
+bool needs_recovery(const Scene& scene, const Component& component, const Geometry& geometry) {
+  if (!scene.output.fields.empty()) return true;
+  for (const Instance* instance : instances_of(scene, component, InstanceKind::superelement)) {
+    for (const StressOptions& stress : scene.output.stress)
+      if (stress.instance == instance->name) return true;
+    for (const SurfaceName& name : scene.output.history)
+      if (name.instance == instance->name && is_inside(geometry, name.surface)) return true;
+  }
+  return false;
+}
+
+std::shared_ptr<const Geometry> geometry_in(const Component& component, Geometry geometry) {
+  geometry.has_mesh = component.has_mesh;
+  return std::make_shared<const Geometry>(std::move(geometry));
+}
+
+void add_part(std::shared_ptr<const Superelement> superelement, std::vector<Index> node, ReducedComponent& reduced) {
+  const Index k = superelement->k();
+  reduced.parts.push_back({std::move(superelement), std::move(node), reduced.n_modal});
+  reduced.n_modal += k;
+  reduced.n_dofs = reduced.n_modal + 3 * reduced.geometry->coordinates.rows();
+}
+
+// As the modes were picked.
+HalfBy half_by(const ReductionOptions& reduction) {
+  const bool by_frequency = reduction.has_second_reduction() || (reduction.pick == "frequency" && !reduction.tolerance);
+  return by_frequency ? HalfBy::frequency : HalfBy::participation;
+}
+
+// What cbr-reduce noted of blocks that it did not compute with.
+std::string left_out_in(const std::map<std::string, std::string>& provenance) {
+  const auto found = provenance.find("left_out");
+  return found == provenance.end() ? "" : found->second;
+}
+
+ReducedComponent of_one(const SceneIndex& index, const Component& component, const BuildOptions& options) {
+  const std::filesystem::path& file = component.reduction->superelement;
+  auto superelement = std::make_shared<Superelement>(read_superelement(file, light));
+  ReducedComponent reduced;
+  reduced.options = options;
+  reduced.geometry = geometry_in(component, geometry_of(*superelement));
+  reduced.rigid_body = superelement->rigid_body;
+  reduced.left_out = left_out_in(superelement->provenance);
+  std::vector<Index> node;
+  for (Index i = 0; i < superelement->coordinates.rows(); ++i) node.push_back(i);
+  add_part(superelement, std::move(node), reduced);
+  reduced.n_dofs = superelement->n_coordinates();
+  const bool stored = !options.half_modes && stores_diagonal_form(file);
+  const bool recovery = needs_recovery(index.scene(), component, *reduced.geometry);
+  SuperelementParts parts{true, false, superelement->is_characteristic() && recovery};
+  if (superelement->has_interface_matrices()) parts = parts_to_read(needs_of(index, component, reduced, stored), recovery);
+  *superelement = read_superelement(file, parts);
+  check_rigid_motions(*superelement, file.string());
+  if (options.half_modes) {
+    keep_half(*superelement, half_by(*component.reduction));
+    reduced.n_modal = superelement->k(), reduced.n_dofs = superelement->n_coordinates();
+  }
+  reduced.superelement = superelement;
+  return reduced;
+}
+
+ReducedComponent of_group(const SceneIndex& index, const Component& component, const BuildOptions& options) {
+  const std::filesystem::path& file = component.reduction->superelement;
+  SuperelementGroup group = read_superelement_group(file, light);
+  const JoinedNodes nodes = join_nodes(group);
+  ReducedComponent reduced;
+  reduced.options = options;
+  reduced.geometry = geometry_in(component, geometry_of(nodes, group));
+  reduced.rigid_body = group.rigid_body;
+  reduced.conditioning = group.conditioning;
+  reduced.left_out = left_out_in(group.provenance);
+  for (const Superelement& domain : group.domains) reduced.n_modal += domain.k();
+  reduced.n_dofs = reduced.n_modal + 3 * nodes.coordinates.rows();
+  const Needs needs = needs_of(index, component, reduced, !options.half_modes && stores_diagonal_form(file));
+  group = read_superelement_group(file, parts_to_read(needs, needs_recovery(index.scene(), component, *reduced.geometry)));
+  for (std::size_t d = 0; d < group.domains.size(); ++d)
+    check_rigid_motions(group.domains[d], file.string() + ": /domains/" + std::to_string(d + 1));
+  if (options.half_modes) {
+    for (Superelement& domain : group.domains) keep_half(domain, half_by(*component.reduction));
+    group.omega.resize(0), group.V.resize(0, 0);
+  }
+  if (needs.modal) {
+    Vector omega = std::move(group.omega);
+    RowMatrix V = std::move(group.V);
+    reduced.superelement = std::make_shared<Superelement>(join(group));
+    reduced.superelement->omega = std::move(omega), reduced.superelement->V = std::move(V);
+  }
+  reduced.n_modal = 0;
+  for (Superelement& domain : group.domains) domain.provenance = group.provenance;  // which the group has for all
+  for (std::size_t d = 0; d < group.domains.size(); ++d)
+    add_part(std::make_shared<Superelement>(std::move(group.domains[d])), nodes.place[d], reduced);
+  return reduced;
+}
+
+bool moves_freely_in_diagonal_form(const SceneIndex& index, const Component& component, const ReducedComponent& reduced) {
+  const auto instances = instances_of(index.scene(), component, InstanceKind::superelement);
+  return std::any_of(instances.begin(), instances.end(), [&](const Instance* i) {
+    const bool stored = reduced.superelement && reduced.superelement->has_diagonal_form();
+    return coordinates_of_reduced(index, *i, reduced, stored) == Coordinates::modal && !index.is_held(*i) &&
+           !has_shells(index.scene(), *i, *reduced.geometry) && !scales_from_matrices(index, *i, reduced, stored);
+  });
+}
+
+void tell_accuracy(const Superelement& s, Report& report) {
+  const Superelement::Accuracy& a = *s.accuracy;
+  const bool fixed = s.massless.modes == "fixed", exact = s.is_massless() && !fixed;
+  std::string text = exact ? "rho_res 0, the interface has no mass"
+                           : format_text("rho_res x %.4f  y %.4f  z %.4f", a.rho_res(0), a.rho_res(1), a.rho_res(2));
+  if (fixed) text += ", given to the modes";
+  if (a.covered_hz > 0)
+    text += format_text("; free modes up to %.6g Hz are ", a.covered_hz) + (exact ? "exact" : "right to 1 % (estimated)");
+  report.detail(text);
+}
+
+// What the reduction knew of its conditioning and errors holds for every run: as cbr-reduce told it.
+void tell_conditioning(const Component& component, const ReducedComponent& reduced, Report& report) {
+  const std::string before = report.about(), about = before + "component '" + component.name + "': ";
+  const std::size_t n = reduced.parts.size();
+  const auto tell = [&](const std::optional<Conditioning>& conditioning, const std::string& of, bool is_domain) {
+    if (!conditioning) return;
+    report.about(about + of);
+    report_conditioning(*conditioning, report, is_domain);
+    warn_of_conditioning(*conditioning, report);
+  };
+  for (std::size_t d = 0; d < n; ++d) {
+    const Superelement& s = *reduced.parts[d].superelement;
+    tell(s.conditioning, n > 1 ? "domain " + std::to_string(d + 1) + " of " + std::to_string(n) + ": " : "", n > 1);
+    report.about(about);
+    if (n == 1 && s.accuracy) tell_accuracy(s, report);
+  }
+  tell(reduced.conditioning, "the domains together: ", false);
+  report.about(before);
+}
+
+// Shells are put beside K_cc and M_cc.
+void refuse_shells(const Scene& scene, const Instance& instance, const std::string& basis, const Geometry& geometry) {
+  if (!has_shells(scene, instance, geometry)) return;
+  throw InputError(scene.skin->source.text() + ": skin: instance '" + instance.name + "' (basis: " + basis +
+                   ") cannot carry shells that act: leave it out of skin.surfaces, or reduce it with basis: "
+                   "craig-bampton");
+}
+
+// The form is all that there is.
+bool has_only_modes(const ReducedComponent& component) {
+  return component.superelement && component.superelement->is_characteristic();
+}
+
+}  // namespace
+
+bool has_shells(const Scene& scene, const Instance& instance, const Geometry& geometry) {
+  return skin_acts(scene) && skin_faces(scene, instance.name, geometry).rows() > 0;
+}
+
+bool scales_from_matrices(const SceneIndex& index, const Instance& instance, const ReducedComponent& component,
+                          bool has_diagonal_form) {
+  if (has_only_modes(component)) return false;
+  const bool stored = has_diagonal_form && !index.is_held(instance);
+  return index.scene().time->mass_scaling && index.may_touch(instance) && !stored &&
+         component.n_dofs > small_enough_to_diagonalise && !has_shells(index.scene(), instance, *component.geometry);
+}
+
+Coordinates coordinates_of_reduced(const SceneIndex& index, const Instance& instance, const ReducedComponent& component,
+                                   bool has_diagonal_form) {
+  if (index.scene().time->integrator == Integrator::exact || has_only_modes(component)) return Coordinates::modal;
+  if (has_shells(index.scene(), instance, *component.geometry)) return Coordinates::coupled;
+  const auto& limit = component.options.diagonal_limit;
+  const bool stored = has_diagonal_form && !index.is_held(instance) && !limit;
+  return stored || component.n_dofs <= limit.value_or(small_enough_to_diagonalise) ? Coordinates::modal : Coordinates::coupled;
+}
+
+Coordinates coordinates_of_mesh(const Scene& scene, const Instance& instance, const Geometry& geometry) {
+  const bool coupled = scene.time->integrator == Integrator::newmark || scene.time->is_static || has_shells(scene, instance, geometry);
+  return coupled ? Coordinates::coupled : Coordinates::nodal;
+}
+
+namespace {
+
+void check_reduced(const Scene& scene, const Component& component, Report& report) {
+  if (!component.reduction) {
+    throw InputError(component.source.text() + ": component '" + component.name +
+                     "' is used as: superelement but has no 'reduction': add one and run cbr-reduce, or use as: mesh");
+  }
+  const auto phase = report.phase("read");
+  if (component.has_mesh) require_current(scene, component, *component.reduction);
+  if (!component.has_mesh) require_superelement(component);
+  const std::vector<SetUse> uses = set_uses(scene, component, InstanceKind::superelement);
+  if (uses.empty()) return;
+  const std::filesystem::path& file = component.reduction->superelement;
+  check_uses(uses,
+             *geometry_in(component, is_superelement_group(file) ? geometry_of_group(read_superelement_group(file, light))
+                                                                 : geometry_of(read_superelement(file, light))));
+}
+
+ReducedComponent read_reduced(const SceneIndex& index, const Component& component, const BuildOptions& options, Report& report) {
+  ReducedComponent reduced;
+  {
+    const auto phase = report.phase("read");
+    reduced = is_superelement_group(component.reduction->superelement) ? of_group(index, component, options)
+                                                                       : of_one(index, component, options);
+  }
+  if (!options.half_modes) {
+    warn_of_left_out_blocks(component, reduced.left_out, report);
+    tell_conditioning(component, reduced, report);
+  }
+  const std::string file = component.reduction->superelement.string();
+  if (reduced.superelement && is_held_inside(*reduced.superelement))
+    report.warning("component '" + component.name + "': the stiffness in " + file +
+                   " resists rigid translations: the part is taken as held to the ground inside, its instances cannot fly");
+  if (reduced.superelement && !reduced.superelement->has_interface_matrices()) {
+    const auto phase = report.phase("setup");
+    for (const Instance* instance : instances_of(index.scene(), component, InstanceKind::superelement))
+      refuse_shells(index.scene(), *instance, reduced.superelement->basis, *reduced.geometry);
+    const bool has_statics = !reduced.superelement->characteristic.statics.node.empty();
+    if (reduced.superelement->is_massless() || has_statics) {
+      reduced.statics = free_statics_form(reduced.superelement, file);
+    } else {
+      reduced.form = std::make_shared<DiagonalForm>(free_characteristic_form(*reduced.superelement, file));
+    }
+  } else if (moves_freely_in_diagonal_form(index, component, reduced)) {
+    const auto phase = report.phase("setup");
+    reduced.form =
+        std::make_shared<DiagonalForm>(free_diagonal_form(*reduced.superelement, component.reduction->superelement.string()));
+  }
+  return reduced;
+}
+
+// Of one component, by default.
+void warn_of_two_masses(const Scene& scene, const Component& component, const Mesh& mesh, Report& report) {
+  if (instances_of(scene, component, InstanceKind::superelement).empty()) return;
+  if (mass_of_mesh(component) == mass_of_superelement(component, mesh)) return;
+  report.warning("component '" + component.name +
+                 "': the mass of its mesh is lumped and that of its superelement consistent, as is the default: give the component "
+                 "mass: lumped, or consistent, to compare the two");
+}
+
+MeshedComponent read_meshed(const Scene& scene, const Component& component, const BuildOptions& options, Report& report) {
+  MeshedComponent meshed;
+  meshed.modes = options.mesh_modes;
+  {
+    const auto phase = report.phase("read");
+    meshed.mesh = std::make_shared<Mesh>(read_mesh(component.mesh));
+    check_uses(set_uses(scene, component, InstanceKind::mesh), *meshed.mesh);
+  }
+  const auto phase = report.phase("setup");
+  meshed.properties = block_properties(scene, component, *meshed.mesh);
+  warn_of_left_out_blocks(component, left_out_blocks(*meshed.mesh), report);
+  warn_of_two_masses(scene, component, *meshed.mesh, report);
+  const auto fe = std::make_shared<FiniteElementModel>(
+      naming(component.mesh, [&] { return assemble(*meshed.mesh, meshed.properties, mass_of_mesh(component)); }));
+  meshed.fe = fe;
+  if (const std::string text = unjoined_parts(*meshed.mesh, *fe, connected_parts(*meshed.mesh, *fe)); !text.empty())
+    report.warning("component '" + component.name + "': " + text);
+  meshed.body_node = fe->row;
+  meshed.geometry = std::make_shared<Geometry>(cbr::geometry_of(*meshed.mesh, *fe));
+  const auto instances = instances_of(scene, component, InstanceKind::mesh);
+  if (!meshed.modes && std::any_of(instances.begin(), instances.end(),
+                  [&](const Instance* i) { return coordinates_of_mesh(scene, *i, *meshed.geometry) == Coordinates::nodal; }))
+    meshed.model = std::make_shared<MeshModel>(naming(component.mesh, [&] {
+      return mass_of_mesh(component) == MassKind::lumped
+                 ? mesh_model(*fe, meshed.geometry->coordinates, true, MeshForces(*fe, *meshed.mesh, meshed.properties))
+                 : mesh_model(*fe, meshed.geometry->coordinates, false);
+    }));
+  return meshed;
+}
+
+}  // namespace
+
+void check_reduced_component(const Scene& scene, const Component& component, Report& report) {
+  naming(component, [&] { check_reduced(scene, component, report); });
+}
+
+ReducedComponent read_reduced_component(const SceneIndex& index, const Component& component, const BuildOptions& options,
+                                        Report& report) {
+  return naming(component, [&] { return read_reduced(index, component, options, report); });
+}
+
+MeshedComponent read_meshed_component(const Scene& scene, const Component& component, const BuildOptions& options, Report& report) {
+  return naming(component, [&] { return read_meshed(scene, component, options, report); });
+}
+
+}  // namespace cbr

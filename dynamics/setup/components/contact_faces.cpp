@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/setup/components/contact_faces.hpp"
+
+#include <algorithm>
+#include <set>
+#include <utility>
+
+namespace cbr {
+namespace {
+
+using Seen = std::set<std::vector<Index>>;
+
+// The faces that are not in `seen` yet, which they are added to.
+Surface unseen(const Surface& surface, Seen& seen) {
+  Surface fresh;
+  fresh.kind = surface.kind;
+  std::vector<Index> rows;
+  for (Index f = 0; f < surface.n_faces(); ++f) {
+    std::vector<Index> nodes(surface.faces.row(f).begin(), surface.faces.row(f).end());
+    std::sort(nodes.begin(), nodes.end());
+    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());  // a triangle among quads is that of a surface of triangles
+    if (seen.insert(std::move(nodes)).second) rows.push_back(f);
+  }
+  fresh.faces = surface.faces(rows, Eigen::all);
+  return fresh;
+}
+
+// 4 f x 8: mortar's shape functions know no centre node, so a nine-node face is four bilinear ones to it.
+IndexTable quarters(const Surface& surface) {
+  const IndexTable linear = linear_faces(surface).faces;
+  IndexTable faces = IndexTable::Constant(linear.rows(), 8, -1);
+  faces.leftCols(4) = linear;
+  return faces;
+}
+
+// f x 8, see whole_faces.
+IndexTable whole(const Surface& surface) {
+  if (surface.kind == FaceKind::quad9) return quarters(surface);
+  IndexTable faces = IndexTable::Constant(surface.n_faces(), 8, -1);
+  const bool triangle = surface.kind == FaceKind::tri3 || surface.kind == FaceKind::tri6;
+  const int n = triangle ? 3 : 4;
+  faces.leftCols(n) = surface.faces.leftCols(n);
+  if (triangle) faces.col(3) = faces.col(2);
+  if (surface.faces.cols() == 2 * n) faces.middleCols(4, n) = surface.faces.rightCols(n);
+  return faces;
+}
+
+// The faces of all surfaces, each once, as `table` gives them.
+template <typename Table>
+IndexTable join(const Geometry& geometry, const Table& table) {
+  Seen seen;
+  std::vector<IndexTable> parts;
+  Index n = 0;
+  for (const auto& [name, surface] : geometry.surfaces) {
+    parts.push_back(table(unseen(surface, seen)));
+    n += parts.back().rows();
+  }
+  IndexTable faces(n, parts.empty() ? 4 : parts.front().cols());
+  n = 0;
+  for (const IndexTable& part : parts) {
+    faces.middleRows(n, part.rows()) = part;
+    n += part.rows();
+  }
+  return faces;
+}
+
+}  // namespace
+
+IndexTable contact_faces(const Surface& surface) {
+  Seen seen;
+  return linear_faces(unseen(surface, seen)).faces;
+}
+
+IndexTable whole_faces(const Surface& surface) {
+  Seen seen;
+  return whole(unseen(surface, seen));
+}
+
+IndexTable all_faces(const Geometry& geometry) {
+  return join(geometry, [](const Surface& surface) { return linear_faces(surface).faces; });
+}
+
+IndexTable all_whole_faces(const Geometry& geometry) { return join(geometry, whole); }
+
+bool has_faces(const Geometry& geometry) {
+  return std::any_of(geometry.surfaces.begin(), geometry.surfaces.end(), [](const auto& s) { return s.second.n_faces() > 0; });
+}
+
+void turn_over(IndexTable& faces) {
+  for (Index f = 0; f < faces.rows(); ++f) {
+    auto row = faces.row(f);
+    if (row(2) == row(3)) {
+      std::swap(row(1), row(2));
+      row(3) = row(2);
+      if (row.size() == 8) std::swap(row(4), row(6));
+    } else {
+      std::swap(row(1), row(3));
+      if (row.size() == 8) std::swap(row(4), row(7)), std::swap(row(5), row(6));
+    }
+  }
+}
+
+void join_faces(const IndexTable& faces, IndexTable& all) {
+  Seen seen;
+  Surface both;
+  both.faces.resize(all.rows() + faces.rows(), 4);
+  if (all.rows() > 0) both.faces.topRows(all.rows()) = all;
+  if (faces.rows() > 0) both.faces.bottomRows(faces.rows()) = faces;
+  all = unseen(both, seen).faces;
+}
+
+std::vector<Index> nodes_of(const IndexTable& faces) {
+  std::vector<Index> nodes(faces.data(), faces.data() + faces.size());
+  std::sort(nodes.begin(), nodes.end());
+  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+  return nodes;
+}
+
+}  // namespace cbr

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/setup/components/superelement_alone.hpp"
+
+#include <charconv>
+
+#include "common/base/error.hpp"
+#include "common/files/hdf5_file.hpp"
+#include "common/scene/scene_words.hpp"
+#include "common/scene/staleness.hpp"
+#include "common/superelement/superelement_group.hpp"
+
+namespace cbr {
+namespace {
+
+void take_options(ReductionOptions& reduction) {
+  const Hdf5Reader file(reduction.superelement);
+  if (file.has_attribute("/", "basis")) reduction.basis = file.read_string("/", "basis");
+  if (is_superelement_group(reduction.superelement)) reduction.domains = file.read_index("/", "n_domains");
+  const auto tells = [&](const char* option) { return file.has("/provenance") && file.has_attribute("/provenance", option); };
+  // Which modes are the better half: --check-error
+  if (tells("second_modes")) reduction.second_modes = 0;
+  if (tells("second_cutoff_hz")) reduction.second_cutoff_hz = 0;
+  if (tells("pick") && file.read_string("/provenance", "pick") != "frequency") reduction.pick = "participation";
+}
+
+}  // namespace
+
+Scene with_options_of_files(const Scene& scene) {
+  Scene known = scene;
+  for (const Instance& instance : known.instances) {
+    const auto found = known.components.find(instance.component);
+    if (found == known.components.end() || found->second.has_mesh) continue;
+    try {
+      take_options(*found->second.reduction);
+    } catch (const InputError&) {
+      // Told with its place when the file is read as a whole
+    }
+  }
+  return known;
+}
+
+std::vector<BlockProperties> properties_in_file(const Component& component, const std::map<std::string, std::string>& provenance,
+                                                const std::vector<Block>& blocks) {
+  std::vector<BlockProperties> properties;
+  for (const Block& block : blocks) {
+    const auto told = [&](const char* what) {
+      const auto found = provenance.find("block " + block.name + ": " + what);
+      return found == provenance.end() ? std::string() : found->second;
+    };
+    const auto number = [&](const char* what) {
+      const std::string text = told(what);
+      double value = 0;
+      const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+      if (error == std::errc() && end == text.data() + text.size()) return value;
+      throw InputError(component.source.text() + ": component '" + component.name +
+                       "': " + component.reduction->superelement.string() + " tells no single " + what + " of block '" +
+                       block.name + "' (none, or an orthotropic material), which stress needs: leave stress out of output.fields");
+    };
+    BlockProperties of;
+    of.material = {number("youngs_modulus"), number("poissons_ratio"), number("density")};
+    const std::string element = told("element");
+    for (const auto& [word, formulation] : hex8_words)
+      if (word == element) of.hex8 = formulation;
+    properties.push_back(of);
+  }
+  return properties;
+}
+
+void require_superelement(const Component& component) {
+  const std::filesystem::path& file = component.reduction->superelement;
+  const std::string where = component.source.text() + ": component '" + component.name + "': the superelement " + file.string();
+  if (!std::filesystem::exists(file)) throw InputError(where + " does not exist: give the path of a superelement (.cbr.h5)");
+  if (lacks_face_centres(file))
+    throw InputError(where + " is of hex27 and lacks the centre nodes of its faces, which versions before 0.2 lost: reduce its " +
+                     "component again");
+}
+
+}  // namespace cbr

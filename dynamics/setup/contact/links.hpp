@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Reference points of instances, and what links them.
+#pragma once
+
+#include <map>
+#include <set>
+
+#include "dynamics/motion/pointed_body.hpp"
+#include "dynamics/setup/built/built_scene.hpp"
+#include "dynamics/setup/components/scene_index.hpp"
+
+namespace cbr {
+
+// The points of an instance, in the order of their names, and behind them those that links need: the second end of a link, taken to
+// where the first one is, so that what links them has no length.
+std::vector<AveragePoint> points_of(const SceneIndex& index, const BuiltScene& built, Index instance);
+
+// Place of a named point among them.
+Index point_place(const SceneIndex& index, const std::string& instance, const std::string& point);
+
+// The nodes of points that links hold, by instance.
+std::map<Index, std::set<Index>> linked_nodes(const SceneIndex& index, const BuiltScene& built);
+
+// A pair of surfaces without faces for the translations of each link, and one for its rotations. contact_of_instance: places in
+// Simulation::contact_nodes.
+void add_links(const SceneIndex& index, const std::map<Index, Index>& contact_of_instance, BuiltScene& built);
+
+}  // namespace cbr

@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/setup/modal/harmonic.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <numbers>
+
+#include "common/base/error.hpp"
+#include "common/linalg/dense.hpp"
+#include "dynamics/setup/bodies/support_motion.hpp"
+#include "dynamics/setup/components/superelement_alone.hpp"
+#include "dynamics/setup/modal/modal_scene.hpp"
+
+namespace cbr {
+namespace {
+
+using Complex = std::complex<double>;
+using ComplexVector = Eigen::Matrix<Complex, Eigen::Dynamic, 1>;
+
+// Meshes have modes up to this multiple of the sweep's end; the rest answers by two terms of its series in (w / omega)^2.
+constexpr double modes_beyond = 2;
+// |omega^2 - w^2| of an undamped mode below this share of omega^2: on the resonance, to round-off.
+constexpr double on_resonance = 1e-9;
+
+// Motion of an instance's supports: amplitude and what it is of, along each axis.
+struct Drive {
+  std::array<SupportMotion, 3> motion{};
+  Vector3 value = Vector3::Zero();
+  bool any() const { return !value.isZero(0); }
+  // Amplitude of the displacement at w (rad/s)
+  Eigen::Vector3cd displacement(double w) const {
+    Eigen::Vector3cd s = Eigen::Vector3cd::Zero();
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double amplitude = value[static_cast<Index>(c)];
+      if (motion[c] == SupportMotion::displacement) s[static_cast<Index>(c)] = amplitude;
+      if (motion[c] == SupportMotion::velocity) s[static_cast<Index>(c)] = amplitude / Complex(0, w);
+      if (motion[c] == SupportMotion::acceleration) s[static_cast<Index>(c)] = -amplitude / (w * w);
+    }
+    return s;
+  }
+};
+
+std::vector<Drive> drives_of(const Scene& scene_of_run) {
+  Scene scene = scene_of_run;
+  TimeOptions time;
+  time.end = 1;
+  scene.time = time;
+  const SceneIndex index(scene);
+  std::vector<Drive> drives;
+  for (const Instance& instance : scene.instances) {
+    support_motion(index, instance);  // InputError: supports that move unlike each other
+    Drive drive;
+    for (const BoundaryCondition* condition : index.boundary(instance)) {
+      if (condition->motion == SupportMotion::none) continue;
+      for (std::size_t c = 0; c < 3; ++c) {
+        const double value = condition->value[static_cast<Index>(c)];
+        if (!condition->fix[c] || value == 0) continue;
+        drive.motion[c] = condition->motion;
+        drive.value[static_cast<Index>(c)] = value;
+      }
+    }
+    drives.push_back(drive);
+  }
+  return drives;
+}
+
+// What a body is asked: its shares of the rows of ties, then three sums for each set in the output.
+struct Asked {
+  std::vector<NodalSum> sums;
+  std::vector<Index> tie;  // row of ties of the first sums
+  std::vector<std::size_t> set;
+  ModalAnswer answer;
+  Vector c, loads;
+};
+
+class Sweep {
+ public:
+  Sweep(const Scene& scene, const ModalScene& modal) : modal_(modal), drives_(drives_of(scene)), asked_(modal.bodies.size()) {
+    for (std::size_t t = 0; t < modal.ties.size(); ++t)
+      for (const auto& [body, sum] : modal.ties[t].of_bodies) {
+        Asked& of = asked_[static_cast<std::size_t>(body)];
+        of.tie.push_back(static_cast<Index>(t));
+        of.sums.push_back(sum);
+      }
+    const auto& monitors = modal.built.simulation.monitors;
+    for (std::size_t m = 0; m < monitors.size(); ++m) ask(scene.output.history[m], m, monitors[m]);
+    for (std::size_t b = 0; b < asked_.size(); ++b) {
+      asked_[b].answer = modal.bodies[b].answer(asked_[b].sums);
+      asked_[b].c = modal.bodies[b].damping_rates();
+      asked_[b].loads = modal.bodies[b].loads();
+      excites_ |= !asked_[b].loads.isZero(0) || drives_[b].any() || !asked_[b].answer.r_0.isZero(0);
+    }
+  }
+
+  bool excites() const { return excites_; }
+
+  // Displacements of all sets at w (rad/s), three entries each.
+  ComplexVector at(double w) const {
+    const auto m = static_cast<Index>(modal_.ties.size());
+    std::vector<ComplexVector> inverse, y;
+    ComplexMatrix W = ComplexMatrix::Zero(m, m);
+    ComplexVector apart = ComplexVector::Zero(m);
+    for (std::size_t b = 0; b < asked_.size(); ++b) {
+      inverse.push_back(dynamic(b, w));
+      y.push_back(alone(b, inverse.back(), w));
+      add_ties(b, inverse.back(), y.back(), w, W, apart);
+    }
+    ComplexVector out(3 * static_cast<Index>(modal_.built.simulation.monitors.size()));
+    const ComplexVector force = m > 0 ? solve(W, -apart) : ComplexVector();
+    for (std::size_t b = 0; b < asked_.size(); ++b) take_sets(b, inverse[b], y[b], force, w, out);
+    return out;
+  }
+
+ private:
+  void ask(const SurfaceName& name, std::size_t set, const Monitor& monitor) {
+    if (monitor.is_inside())
+      throw InputError(name.source.text() + ": output.history: '" + name.text() +
+                       "' is inside a superelement: a sweep knows nodes of the interface only");
+    const auto& of = modal_.built.instances[static_cast<std::size_t>(monitor.body)];
+    const std::vector<Index> nodes = find_nodes(*of.geometry, name.instance, name.surface, name.source);
+    Asked& asked = asked_[static_cast<std::size_t>(monitor.body)];
+    asked.set.push_back(set);
+    for (int axis = 0; axis < 3; ++axis) {
+      NodalSum sum;
+      for (const Index node : nodes) sum.terms.emplace_back(node, Vector3::Unit(axis) / static_cast<double>(nodes.size()));
+      asked.sums.push_back(std::move(sum));
+    }
+  }
+
+  // 1 / (omega^2 - w^2 + i w c)
+  ComplexVector dynamic(std::size_t b, double w) const {
+    const Vector& omega = modal_.bodies[b].omega();
+    ComplexVector inverse(omega.size());
+    for (Index j = 0; j < omega.size(); ++j) {
+      const Complex d(omega[j] * omega[j] - w * w, w * asked_[b].c[j]);
+      if (std::abs(d) <= on_resonance * omega[j] * omega[j])
+        throw InputError("sweep: instance '" + modal_.built.instances[b].name + "' has a mode without damping at " +
+                         std::to_string(w / (2 * std::numbers::pi)) +
+                         " Hz, where its response has no bound: give it damping, or sweep other frequencies");
+      inverse[j] = 1.0 / d;
+    }
+    return inverse;
+  }
+
+  // The sums under the body's own loads and its supports' motion.
+  ComplexVector alone(std::size_t b, const ComplexVector& inverse, double w) const {
+    const ModalAnswer& of = asked_[b].answer;
+    ComplexVector g = asked_[b].loads.cast<Complex>();
+    const Eigen::Vector3cd s = drives_[b].displacement(w);
+    const Matrix inertia = of.I_0 + (w * w - of.sigma) * of.I_1;
+    ComplexVector left_out = (of.r_0 + (w * w - of.sigma) * of.r_1).cast<Complex>();
+    for (int axis = 0; axis < 3 && drives_[b].any(); ++axis)
+      left_out += (w * w * s[axis]) * (inertia * modal_.bodies[b].local(Vector3::Unit(axis))).cast<Complex>();
+    if (drives_[b].any())
+      for (int axis = 0; axis < 3; ++axis) g += (w * w * s[axis]) * modal_.bodies[b].gravity(Vector3::Unit(axis)).cast<Complex>();
+    ComplexVector y = of.A.cast<Complex>() * inverse.cwiseProduct(g) + left_out;
+    if (drives_[b].any())
+      for (Index i = 0; i < y.size(); ++i)
+        for (const auto& [node, weight] : asked_[b].sums[static_cast<std::size_t>(i)].terms) y[i] += weight.cast<Complex>().dot(s);
+    return y;
+  }
+
+  Matrix statics(std::size_t b, double w) const {
+    const ModalAnswer& of = asked_[b].answer;
+    if (of.S_0.size() == 0) return Matrix::Zero(of.A.rows(), of.A.rows());
+    return of.S_1.size() == 0 ? of.S_0 : Matrix(of.S_0 + (w * w - of.sigma) * of.S_1);
+  }
+
+  void add_ties(std::size_t b, const ComplexVector& inverse, const ComplexVector& y, double w, ComplexMatrix& W,
+                ComplexVector& apart) const {
+    const std::vector<Index>& tie = asked_[b].tie;
+    const auto m = static_cast<Index>(tie.size());
+    if (m == 0) return;
+    const ComplexMatrix A = asked_[b].answer.A.topRows(m).cast<Complex>();
+    const ComplexMatrix of_body = A * inverse.asDiagonal() * A.transpose() + statics(b, w).topLeftCorner(m, m).cast<Complex>();
+    for (Index i = 0; i < m; ++i) {
+      apart[tie[static_cast<std::size_t>(i)]] += y[i];
+      for (Index j = 0; j < m; ++j) W(tie[static_cast<std::size_t>(i)], tie[static_cast<std::size_t>(j)]) += of_body(i, j);
+    }
+  }
+
+  // W x = b by real arithmetic, without rows that nothing moves.
+  static ComplexVector solve(const ComplexMatrix& W, const ComplexVector& b) {
+    std::vector<Index> rows;
+    for (Index i = 0; i < W.rows(); ++i)
+      if (!W.row(i).isZero(0)) rows.push_back(i);
+    const auto n = static_cast<Index>(rows.size());
+    const ComplexMatrix A = W(rows, rows);
+    Matrix real(2 * n, 2 * n);
+    real << A.real(), -A.imag(), A.imag(), A.real();
+    Vector right(2 * n);
+    right << b(rows).real(), b(rows).imag();
+    const Vector x = Lu(std::move(real)).solve(right);
+    ComplexVector out = ComplexVector::Zero(W.rows());
+    for (Index i = 0; i < n; ++i) out[rows[static_cast<std::size_t>(i)]] = Complex(x[i], x[n + i]);
+    return out;
+  }
+
+  void take_sets(std::size_t b, const ComplexVector& inverse, const ComplexVector& alone, const ComplexVector& force, double w,
+                 ComplexVector& out) const {
+    const Asked& of = asked_[b];
+    const auto m = static_cast<Index>(of.tie.size()), n = static_cast<Index>(3 * of.set.size());
+    if (n == 0) return;
+    ComplexVector y = alone.tail(n);
+    if (m > 0) {
+      const ComplexVector p = force(of.tie);
+      y += of.answer.A.bottomRows(n).cast<Complex>() * inverse.cwiseProduct(of.answer.A.topRows(m).transpose().cast<Complex>() * p);
+      y += statics(b, w).bottomLeftCorner(n, m).cast<Complex>() * p;
+    }
+    for (std::size_t i = 0; i < of.set.size(); ++i)
+      out.segment<3>(3 * static_cast<Index>(of.set[i])) = y.segment<3>(3 * static_cast<Index>(i));
+  }
+
+  const ModalScene& modal_;
+  std::vector<Drive> drives_;
+  std::vector<Asked> asked_;
+  bool excites_ = false;
+};
+
+void refuse_open_contact(const Scene& scene) {
+  for (const ContactOptions& contact : scene.contact)
+    if (!contact.tied)
+      throw InputError(contact.source.text() + ": contact: --sweep is of a linear scene, in which nothing opens: give the entry " +
+                       "tied: true, or leave it out");
+}
+
+Vector frequencies(const SweepOptions& sweep) {
+  Vector hz(sweep.points);
+  for (Index i = 0; i < hz.size(); ++i) {
+    const double share = static_cast<double>(i) / static_cast<double>(hz.size() - 1);
+    hz[i] = sweep.is_logarithmic ? sweep.from_hz * std::pow(sweep.to_hz / sweep.from_hz, share)
+                                 : sweep.from_hz + share * (sweep.to_hz - sweep.from_hz);
+  }
+  return hz;
+}
+
+}  // namespace
+
+HarmonicResponse harmonic_response(const Scene& scene_of_run, Report& report) {
+  Scene scene = with_options_of_files(scene_of_run);
+  if (!scene.sweep) throw InputError(scene.file.string() + ": --sweep needs sweep: {from_hz: F, to_hz: F} in the scene");
+  if (scene.output.history.empty())
+    throw InputError(scene.sweep->source.text() + ": sweep: needs output.history: the sets whose motion is written");
+  if (std::erase_if(scene.loads, [](const Load& load) { return load.kind == Load::Kind::gravity; }) > 0)
+    report.line("note: a sweep leaves out gravity, which does not swing");
+  refuse_open_contact(scene);
+  const MeshModesWanted wanted{scene.sweep->modes, modes_beyond * scene.sweep->to_hz};
+  const std::unique_ptr<ModalScene> modal = modal_scene(scene, wanted, true, report);
+  const auto phase = report.phase("sweep");
+  for (const BuiltScene::OfInstance& of : modal->built.instances)
+    if (of.modes && of.modes->form->n_rigid > 0)
+      throw InputError(scene.sweep->source.text() + ": sweep: instance '" + of.name +
+                       "' (as: mesh) has rigid motions: hold it, or use as: superelement");
+  const Sweep sweep(scene, *modal);
+  if (!sweep.excites())
+    throw InputError(scene.sweep->source.text() + ": sweep: nothing excites the scene: give loads, or supports that move");
+  HarmonicResponse response;
+  response.frequency_hz = frequencies(*scene.sweep);
+  for (const Monitor& monitor : modal->built.simulation.monitors)
+    response.sets.push_back({monitor.name, ComplexMatrix(response.frequency_hz.size(), 3)});
+  for (Index i = 0; i < response.frequency_hz.size(); ++i) {
+    const ComplexVector u = sweep.at(2 * std::numbers::pi * response.frequency_hz[i]);
+    for (std::size_t s = 0; s < response.sets.size(); ++s)
+      response.sets[s].displacement.row(i) = u.segment<3>(3 * static_cast<Index>(s)).transpose();
+    report.progress("sweeping", static_cast<double>(i + 1) / static_cast<double>(response.frequency_hz.size()));
+  }
+  report.end_progress();
+  return response;
+}
+
+}  // namespace cbr

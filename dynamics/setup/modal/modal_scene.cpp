@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/setup/modal/modal_scene.hpp"
+
+#include <algorithm>
+
+#include "common/base/error.hpp"
+#include "dynamics/run/contact_step.hpp"
+
+namespace cbr {
+namespace {
+
+// Components of the relative position of a tied point, each a row.
+void add_rows(const Simulation& sim, const ContactList& list, std::vector<TieRow>& rows) {
+  for (const ContactPoint& point : list.points) {
+    for (int axis = 0; axis < 3; ++axis) {
+      TieRow row;
+      for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {
+        const ContactTerm& term = list.terms[static_cast<std::size_t>(t)];
+        const ContactNodes& contact = sim.contact_nodes[static_cast<std::size_t>(term.body)];
+        const auto of =
+            std::find_if(row.of_bodies.begin(), row.of_bodies.end(), [&](const auto& one) { return one.first == contact.body; });
+        NodalSum& sum = of == row.of_bodies.end() ? row.of_bodies.emplace_back(contact.body, NodalSum()).second : of->second;
+        sum.terms.emplace_back(contact.nodes[static_cast<std::size_t>(term.node)], term.coefficient * Vector3::Unit(axis));
+      }
+      rows.push_back(std::move(row));
+    }
+  }
+}
+
+}  // namespace
+
+ModalBody::ModalBody(Body& body, const MeshModes* mesh) : mesh_(mesh) {
+  if (auto* statics = dynamic_cast<StaticsBody*>(&body)) {
+    statics_ = statics;
+    modal_ = &statics->modal();
+  } else {
+    modal_ = dynamic_cast<SuperelementBody*>(&body);
+  }
+  if (modal_ == nullptr) throw InputError("instance '" + body.name() + "' does not move in modal coordinates");
+}
+
+Vector ModalBody::damping_rates() const {
+  const Vector& c = modal_->damping_rates();
+  return c.size() > 0 ? c : Vector(Vector::Zero(omega().size()));
+}
+
+Vector ModalBody::gravity(const Vector3& acceleration) const {
+  return modal_->form().E.leftCols(3) * (modal_->axes().transpose() * acceleration);
+}
+
+Matrix ModalBody::modal_rows(const std::vector<NodalSum>& sums) const {
+  const DiagonalForm& form = modal_->form();
+  Matrix A = Matrix::Zero(static_cast<Index>(sums.size()), form.omega.size());
+  for (Index i = 0; i < A.rows(); ++i) {
+    for (const auto& [node, weight] : sums[static_cast<std::size_t>(i)].terms) {
+      const Vector3 local = modal_->axes().transpose() * weight;
+      for (int d = 0; d < 3; ++d)
+        if (const Index row = modal_->rows()(node, d); row >= 0 && local[d] != 0) A.row(i) += local[d] * form.V.row(row);
+    }
+  }
+  return A;
+}
+
+ModalAnswer ModalBody::answer(const std::vector<NodalSum>& sums) const {
+  ModalAnswer answer;
+  answer.A = modal_rows(sums);
+  const auto m = static_cast<Index>(sums.size());
+  answer.r_0 = answer.r_1 = Vector::Zero(m);
+  answer.I_0 = answer.I_1 = Matrix::Zero(m, 3);
+  const Matrix3& T = modal_->axes();
+  if (statics_ != nullptr) {
+    const StaticRows& rows = statics_->static_rows();
+    Matrix B = Matrix::Zero(m, rows.size());
+    for (Index i = 0; i < m; ++i)
+      for (const auto& [node, weight] : sums[static_cast<std::size_t>(i)].terms)
+        for (Index s = 0; s < rows.size(); ++s)
+          if (rows.node[static_cast<std::size_t>(s)] == node) B(i, s) += rows.direction.row(s) * (T.transpose() * weight);
+    const Matrix FB = *rows.F * B.transpose();
+    answer.S_0 = B * FB;
+    answer.r_0 = FB.transpose() * statics_->static_load();
+  }
+  if (mesh_ != nullptr) {
+    Matrix P = Matrix::Zero(3 * modal_->n_nodes(), m + 4);
+    for (Index i = 0; i < m; ++i)
+      for (const auto& [node, weight] : sums[static_cast<std::size_t>(i)].terms)
+        P.col(i).segment<3>(3 * node) += T.transpose() * weight;
+    const Points& forces = modal_->forces();
+    P.col(m) = Eigen::Map<const Vector>(forces.data(), forces.size());
+    P.rightCols(3) = mesh_->inertia();
+    const Matrix R_0 = P.leftCols(m).transpose() * mesh_->left_out(P, 0), R_1 = P.leftCols(m).transpose() * mesh_->left_out(P, 1);
+    answer.S_0 = R_0.leftCols(m);
+    answer.S_1 = R_1.leftCols(m);
+    answer.r_0 = R_0.col(m);
+    answer.r_1 = R_1.col(m);
+    answer.I_0 = R_0.rightCols(3);
+    answer.I_1 = R_1.rightCols(3);
+    answer.sigma = mesh_->sigma();
+  }
+  return answer;
+}
+
+std::unique_ptr<ModalScene> modal_scene(const Scene& scene, const MeshModesWanted& wanted, bool loads, Report& report) {
+  if (scene.instances.empty()) throw InputError(scene.file.string() + ": the scene has no instances");
+  auto modal = std::make_unique<ModalScene>();
+  modal->scene = scene;
+  TimeOptions time;  // every superelement in its diagonal form; there are no steps
+  time.end = 1;
+  time.step = 1;
+  time.force_step = true;
+  modal->scene.time = time;
+  modal->scene.output.checkpoint.reset();
+  modal->scene.output.stress.clear();
+  modal->scene.output.every = 0;
+  if (!loads) modal->scene.loads.clear();
+  for (Instance& instance : modal->scene.instances) instance.angular_velocity.setZero();
+  for (BoundaryCondition& condition : modal->scene.boundary) condition.motion = SupportMotion::none;
+  BuildOptions options;
+  options.mesh_modes = wanted;
+  modal->built = build(modal->scene, report, options);
+  Simulation& sim = modal->built.simulation;
+  for (std::size_t b = 0; b < sim.bodies.size(); ++b)
+    modal->bodies.emplace_back(*sim.bodies[b], modal->built.instances[b].modes.get());
+  start_contact(sim);
+  for (const ContactPair& pair : sim.pairs)
+    if (pair.has_state() && !pair.seen().ties.empty())
+      for (const Index c : {pair.slave->body, pair.master->body}) {
+        const BuiltScene::OfInstance& of =
+            modal->built.instances[static_cast<std::size_t>(sim.contact_nodes[static_cast<std::size_t>(c)].body)];
+        if (of.modes)
+          throw InputError(pair.source->text() + ": contact: tied: instance '" + of.name +
+                           "' (as: mesh) cannot be tied with --modes or --sweep: use as: superelement");
+      }
+  for (const ContactPair& pair : sim.pairs)
+    if (pair.has_state()) add_rows(sim, pair.seen().ties, modal->ties);
+  return modal;
+}
+
+}  // namespace cbr

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Front door of dynamics/setup/modal: modes and harmonic response of a scene.
+//
+// A linear scene: instances in modal coordinates, each free or held, and what ties join. For frequencies and harmonic response.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/app/report.hpp"
+#include "common/scene/scene.hpp"
+#include "dynamics/motion/modal/statics_body.hpp"
+#include "dynamics/setup/bodies/mesh_modes.hpp"
+#include "dynamics/setup/build.hpp"
+
+namespace cbr {
+
+// sum of weight . u(node) over nodes of a body, scene axes.
+struct NodalSum {
+  std::vector<std::pair<Index, Vector3>> terms;
+};
+
+// How a body answers: of m sums y and forces p on them, with eta'' + c eta' + omega^2 eta = g + A^T p,
+//   y = A eta + S_0 p + r_0 + (w^2 - sigma) (S_1 p + r_1)
+// and, of an acceleration a of the whole body (component axes), (I_0 + (w^2 - sigma) I_1) a.
+// S, r and I: statics of what is not in the modes (bases massless and characteristic; meshes in their lowest modes, w: rad/s).
+struct ModalAnswer {
+  Matrix A;         // m x n
+  Matrix S_0, S_1;  // m x m, or 0 x 0: none
+  Vector r_0, r_1;  // m, of the body's own loads
+  Matrix I_0, I_1;  // m x 3
+  double sigma = 0;
+};
+
+// One body of the scene, as build() has made it.
+class ModalBody {
+ public:
+  ModalBody(Body& body, const MeshModes* mesh);
+  const Vector& omega() const { return modal_->form().omega; }
+  Vector damping_rates() const;  // n
+  Vector loads() const { return modal_->load_amplitude(); }
+  // Forces of an acceleration of the whole body, scene axes (n): what modal coordinates feel of it.
+  Vector gravity(const Vector3& acceleration) const;
+  ModalAnswer answer(const std::vector<NodalSum>& sums) const;
+  Vector3 local(const Vector3& v) const { return modal_->axes().transpose() * v; }
+  void take_shape(const Vector& eta) { modal_->take_shape(eta); }
+
+ private:
+  Matrix modal_rows(const std::vector<NodalSum>& sums) const;
+  SuperelementBody* modal_ = nullptr;
+  const StaticsBody* statics_ = nullptr;
+  const MeshModes* mesh_ = nullptr;
+};
+
+// A row of what ties keep at zero: sums of displacements of two bodies.
+struct TieRow {
+  std::vector<std::pair<Index, NodalSum>> of_bodies;
+};
+
+struct ModalScene {
+  Scene scene;
+  BuiltScene built;
+  std::vector<ModalBody> bodies;  // as built.simulation.bodies
+  std::vector<TieRow> ties;
+};
+
+// The scene without `time`, with supports at rest, and `loads` or none. Precondition: its contact is tied. InputError: as of
+// build().
+std::unique_ptr<ModalScene> modal_scene(const Scene& scene, const MeshModesWanted& wanted, bool loads, Report& report);
+
+}  // namespace cbr

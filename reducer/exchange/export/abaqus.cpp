@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
+#include <ostream>
+
+#include "common/base/format_text.hpp"
+#include "reducer/exchange/export/export_formats.hpp"
+
+namespace cbr {
+namespace {
+
+// Lower triangle: *MATRIX INPUT, TYPE=SYMMETRIC completes it.
+void write(const Matrix& A, const std::vector<ReducedRow>& rows, std::ostream& out) {
+  for (Index j = 0; j < A.cols(); ++j) {
+    const ReducedRow& column = rows[static_cast<std::size_t>(j)];
+    for (Index i = j; i < A.rows(); ++i) {
+      if (A(i, j) == 0) continue;
+      const ReducedRow& row = rows[static_cast<std::size_t>(i)];
+      out << row.node << ", " << std::max(row.dof, 1) << ", " << column.node << ", " << std::max(column.dof, 1) << ", "
+          << format_text("%.17g", A(i, j)) << '\n';
+    }
+  }
+}
+
+}  // namespace
+
+void write_abaqus_K(const ReducedMatrices& reduced, std::ostream& out) { write(reduced.K, reduced.rows, out); }
+
+void write_abaqus_M(const ReducedMatrices& reduced, std::ostream& out) { write(reduced.M, reduced.rows, out); }
+
+}  // namespace cbr

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "reducer/exchange/import/import.hpp"
+
+#include <vector>
+
+#include "common/base/error.hpp"
+#include "common/base/number_text.hpp"
+#include "common/files/output_file.hpp"
+#include "common/files/replaced_file.hpp"
+#include "common/files/unchanged_files.hpp"
+#include "common/scene/scene.hpp"
+#include "reducer/domains/domains.hpp"
+#include "reducer/exchange/import/import_matrices.hpp"
+#include "reducer/exchange/import/imported_superelement.hpp"
+#include "reducer/judgement/summary_text.hpp"
+#include "reducer/modes/diagonal_form.hpp"
+
+namespace cbr {
+namespace {
+
+// Of the format and the bytes of all files: the same inputs, the same hash.
+std::string hash_of(const std::string& format, const std::vector<std::filesystem::path>& files) {
+  std::string text = "cbr import 1 " + format + "\n";
+  for (const auto& file : files) text += file_hash(file) + "\n";
+  return bytes_hash(text);
+}
+
+void refuse_to_replace(const std::filesystem::path& target, const std::vector<std::filesystem::path>& inputs) {
+  for (const auto& input : inputs) {
+    if (is_same_file(target, input)) throw InputError(input.string() + ": --import would replace it: name another file with -o");
+  }
+  refuse_other_file(target, {"cbr-superelement", "cbr-superelement-group"}, "the superelement", "give -o another name");
+}
+
+void add_mesh(const ImportOptions& options, Superelement& s, Report& report) {
+  Mesh mesh;
+  {
+    const auto phase = report.phase("reading the mesh");
+    mesh = read_mesh(options.faces);
+  }
+  add_faces(mesh, options.faces.string(), options.file.string(), s);
+  if (s.n() > options.diagonal_limit) return;
+  const auto phase = report.phase("diagonal form");
+  try {
+    add_diagonal_form(s, parts_of(mesh, s.node_ids));
+  } catch (const InputError& error) {
+    throw InputError(options.file.string() + ": " + error.what());
+  }
+}
+
+void summarise(const Superelement& s, const ImportOptions& options, const std::string& users, Report& report) {
+  report.line("imported " + options.file.string() + " (" + users + "): " + std::to_string(s.n()) + " coordinates, " +
+              std::to_string(s.c()) + " of the interface (" + std::to_string(s.node_ids.size()) + " nodes), " +
+              std::to_string(s.k()) + " modes");
+  const RigidBody& body = s.rigid_body;
+  report.line("  mass         " + number_text(body.mass) + ", centre (" + number_text(body.center(0)) + ", " +
+              number_text(body.center(1)) + ", " + number_text(body.center(2)) + "), by the rigid motions of the interface");
+  report.line("  sets         " + sets_text(s));
+  report.line("  file         " + options.target.string());
+}
+
+}  // namespace
+
+void import_superelement(const ImportOptions& options, Report& report) {
+  UnchangedFiles inputs;
+  ImportedMatrices imported;
+  {
+    const auto phase = report.phase("reading the matrices");
+    imported = import_matrices(options.format, options.file);
+  }
+  if (imported.reduced.has_damping)
+    report.warning(options.file.string() +
+                   ": its damping matrix Cr is left out, as superelements have none: give the instance damping");
+  std::vector<std::filesystem::path> files = imported.files;
+  if (!options.faces.empty()) files.push_back(options.faces);
+  refuse_to_replace(options.target, files);
+  { const TemporaryFile probe(options.target); }  // what cannot be written is found before the work
+  for (const auto& file : files) inputs.add(file);
+  Superelement s = superelement_of(imported.reduced, options.file.string());
+  imported.reduced = {};  // as large as the superelement
+  if (!options.faces.empty()) add_mesh(options, s, report);
+  s.content_hash = hash_of(options.format, files);
+  s.provenance["import"] = options.format;
+  s.provenance["import_file"] = options.file.filename().string();
+  if (!options.faces.empty()) s.provenance["faces"] = options.faces.filename().string();
+  inputs.check();
+  {
+    const auto phase = report.phase("writing the superelement");
+    write_superelement(s, options.target);
+  }
+  if (options.faces.empty())
+    report.warning(options.file.string() + ": a file of matrices names no faces and no sets, so that contact, supports and loads " +
+                   "cannot find any in the superelement: give --faces MESH");
+  summarise(s, options, imported.users, report);
+}
+
+}  // namespace cbr
