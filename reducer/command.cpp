@@ -108,7 +108,7 @@ Index diagonal_limit(const ReduceCommand& command, const ReductionOptions& reduc
 }
 
 // A reduction to one superelement does; others, and other bases, know loads on their interface only.
-bool takes_loads_in(const ReductionOptions& reduction) { return !reduction.is_decomposed() && reduction.basis == "craig-bampton"; }
+bool takes_loads_in(const ReductionOptions& reduction) { return !reduction.is_decomposed() && reduction.basis == Basis::craig_bampton; }
 
 // Each set is on the interface or has its load inside, and no others have.
 bool has_loads(const Superelement& s, const std::vector<std::string>& sets) {

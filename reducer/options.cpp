@@ -6,6 +6,7 @@
 
 #include "common/app/program.hpp"
 #include "common/base/error.hpp"
+#include "common/scene/scene_words.hpp"
 #include "reducer/command.hpp"
 #include "reducer/exchange/export/export_superelement.hpp"
 #include "reducer/exchange/import/import_matrices.hpp"
@@ -24,11 +25,12 @@ double number_in(const std::string& option, const std::optional<double>& value, 
   return *value;
 }
 
-std::string word_in(const std::string& option, const std::string& found, const std::vector<std::string>& allowed) {
-  if (found.empty()) return allowed.front();
-  for (const auto& word : allowed) {
-    if (word == found) return found;
-  }
+// The first of the words when there is none.
+template <typename Value>
+Value one_of(const std::string& option, const std::string& found, const Words<Value>& words) {
+  if (found.empty()) return words.front().second;
+  if (const auto value = value_of(words, found)) return *value;
+  const std::vector<std::string> allowed = texts_of(words);
   throw InputError(option + ": '" + found + "' found, allowed: " + join(allowed) + nearest_name(found, allowed));
 }
 
@@ -203,10 +205,9 @@ Scene scene_of_mesh(const ReduceCommand& command) {
         number_in("--density", command.density, 0, INFINITY, "a positive number")};
   }
   if (!command.element.empty()) component.element = parse_hex8_formulation(command.element);
-  const std::string mass = word_in("--mass", command.mass, {"auto", "lumped", "consistent"});
-  if (mass != "auto") component.mass = mass == "lumped" ? MassKind::lumped : MassKind::consistent;
+  component.mass = one_of("--mass", command.mass, mass_words);
   if (command.interface_sets.empty()) throw InputError("--interface is missing: name the sideset or nodeset whose nodes are kept");
-  const bool has_default = command.basis == "characteristic";
+  const bool has_default = command.basis == word_of(basis_words, Basis::characteristic);
   if (!command.modes && !command.cutoff_hz && !command.tolerance && !has_default)
     throw InputError("--modes, --cutoff-hz or --tolerance is missing: give one of them");
   if (command.modes && *command.modes < 0)
@@ -215,15 +216,15 @@ Scene scene_of_mesh(const ReduceCommand& command) {
   if (command.tolerance) number_in("--tolerance", command.tolerance, 0, 1, "a number between 0 and 1 (both excluded)");
   if (command.tolerance && !command.pick.empty())
     throw InputError("--pick requires --modes: with --tolerance the modes are chosen by participation");
-  reduction.basis = word_in("--basis", command.basis, {"craig-bampton", "characteristic", "massless"});
-  reduction.massless_modes = word_in("--massless-modes", command.massless_modes, {"free", "tapered", "fixed"});
+  reduction.basis = one_of("--basis", command.basis, basis_words);
+  reduction.massless_modes = one_of("--massless-modes", command.massless_modes, massless_words);
   if (!command.massless_modes.empty() && !reduction.is_massless()) throw InputError("--massless-modes requires --basis massless");
   reduction.interface_sets = command.interface_sets;
   reduction.modes = command.modes;
   if (has_default && !command.cutoff_hz && !command.tolerance) reduction.modes = command.modes.value_or(default_modes);
   reduction.cutoff_hz = command.cutoff_hz;
   reduction.tolerance = command.tolerance;
-  reduction.pick = word_in("--pick", command.pick, {"frequency", "participation"});
+  reduction.pick = one_of("--pick", command.pick, pick_words);
   reduction.domains = command.domains.value_or(1);
   if (reduction.domains < 1) throw InputError("--domains: " + std::to_string(reduction.domains) + " found, 1 or more is allowed");
   reduction.recovery = command.recovery;

@@ -97,16 +97,16 @@ std::string characteristic_text(const CharacteristicOptions& options, const Inte
 
 std::string reduction_text(const ReductionOptions& reduction, const InterfaceNeeds& needs) {
   const std::vector<std::string> sets = as_set(reduction.interface_sets);
-  std::string text = "basis " + reduction.basis + "\n";
-  if (reduction.is_massless()) text += "massless_modes " + reduction.massless_modes + "\n";
-  if (reduction.is_massless() && reduction.massless_modes == "tapered")
+  std::string text = "basis " + word_of(basis_words, reduction.basis) + "\n";
+  if (reduction.is_massless()) text += "massless_modes " + word_of(massless_words, reduction.massless_modes) + "\n";
+  if (reduction.is_massless() && reduction.massless_modes == MasslessModes::tapered)
     text += "falling to the next that takes part\n";  // since 1.5
   if (reduction.is_characteristic()) text += characteristic_text(reduction.characteristic, needs);
   for (const auto& set : sets) text += "interface " + counted(set) + "\n";
   if (reduction.modes) text += "modes " + std::to_string(*reduction.modes) + "\n";
   if (reduction.cutoff_hz) text += "cutoff_hz " + number_text(*reduction.cutoff_hz) + "\n";
   if (reduction.tolerance) text += "tolerance " + number_text(*reduction.tolerance) + "\n";
-  text += "pick " + reduction.pick + "\n";
+  text += "pick " + word_of(pick_words, reduction.pick) + "\n";
   text += "domains " + std::to_string(reduction.domains) + "\n";
   if (reduction.second_modes) text += "second modes " + std::to_string(*reduction.second_modes) + "\n";
   if (reduction.second_cutoff_hz) text += "second cutoff_hz " + number_text(*reduction.second_cutoff_hz) + "\n";

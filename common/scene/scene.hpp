@@ -52,15 +52,21 @@ inline constexpr Index default_modes = 80;
 // A third as many as modes with the interface held, within 10 and 40: docs/decisions/characteristic.md.
 inline Index default_shapes(const std::optional<Index>& modes) { return std::clamp<Index>(modes.value_or(0) / 3, 10, 40); }
 
+// What stands for the interior and for the interface: docs/formats.md, `reduction.basis`.
+enum class Basis { craig_bampton, massless, characteristic };
+// Which modes are kept: the lowest, or those that the interface excites most.
+enum class Pick { frequency, participation };
+// Basis massless: MacNeal's modes of the free body; the same with an interface part that falls off; modified Craig-Bampton.
+enum class MasslessModes { free, tapered, fixed };
+
 struct ReductionOptions {
-  std::string basis = "craig-bampton";
+  Basis basis = Basis::craig_bampton;
   std::vector<std::string> interface_sets;  // sidesets / nodesets; key `interface`
   std::optional<Index> modes;               // exactly one of modes, cutoff_hz, tolerance
   std::optional<double> cutoff_hz;
   std::optional<double> tolerance;  // share of the interior's strain energy that modes may leave out (docs/theory.md)
-  std::string pick = "frequency";   // frequency | participation
-  // With basis massless: free (MacNeal) | fixed (modified Craig-Bampton), the interface's part in the modes that are kept.
-  std::string massless_modes = "free";
+  Pick pick = Pick::frequency;
+  MasslessModes massless_modes = MasslessModes::free;
   Index domains = 1;  // parts that are reduced each by itself and share nodes (METIS)
   // Of the domains, put together: reduced again to the component's interface, and so to one superelement. At most one of the two.
   std::optional<Index> second_modes;
@@ -73,8 +79,8 @@ struct ReductionOptions {
   bool is_decomposed() const { return domains > 1; }
   bool has_second_reduction() const { return second_modes || second_cutoff_hz; }
   CharacteristicOptions characteristic;  // with that basis only
-  bool is_massless() const { return basis == "massless"; }
-  bool is_characteristic() const { return basis == "characteristic"; }
+  bool is_massless() const { return basis == Basis::massless; }
+  bool is_characteristic() const { return basis == Basis::characteristic; }
   std::filesystem::path superelement;  // absolute
   SourceLine source;
 };
@@ -318,8 +324,6 @@ std::vector<BlockProperties> block_properties(const Scene& scene, const Componen
 // component that stand as superelements. Some of them may be on the interface.
 std::vector<std::string> load_sets(const Scene& scene, const Component& component);
 
-// InputError "WHERE: ..." for a basis that is unknown.
-void check_basis(const std::string& basis, const std::string& where);
 // InputError "WHERE: ..." for options that basis massless cannot be had with.
 void check_massless(const ReductionOptions& reduction, const std::string& where);
 void check_characteristic(const ReductionOptions& reduction, const std::string& where);  // the same of basis characteristic

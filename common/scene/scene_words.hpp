@@ -20,6 +20,11 @@ inline const Words<Hex8Formulation> hex8_words = {{"hex8", Hex8Formulation::full
                                                   {"hex8-hourglass", Hex8Formulation::hourglass}};
 inline const Words<std::optional<MassKind>> mass_words = {
     {"auto", std::nullopt}, {"lumped", MassKind::lumped}, {"consistent", MassKind::consistent}};
+inline const Words<Basis> basis_words = {
+    {"craig-bampton", Basis::craig_bampton}, {"massless", Basis::massless}, {"characteristic", Basis::characteristic}};
+inline const Words<Pick> pick_words = {{"frequency", Pick::frequency}, {"participation", Pick::participation}};
+inline const Words<MasslessModes> massless_words = {
+    {"free", MasslessModes::free}, {"tapered", MasslessModes::tapered}, {"fixed", MasslessModes::fixed}};
 inline const Words<InstanceKind> instance_words = {{"superelement", InstanceKind::superelement}, {"mesh", InstanceKind::mesh}};
 inline const Words<Enforcement> enforcement_words = {
     {"impulse", Enforcement::impulse}, {"penalty", Enforcement::penalty}, {"nodal", Enforcement::nodal}};
@@ -42,6 +47,22 @@ std::string word_of(const Words<Value>& words, Value value) {
   }
   assert(false);
   return "";
+}
+
+// Of a word that is not among them: nothing.
+template <typename Value>
+std::optional<Value> value_of(const Words<Value>& words, const std::string& text) {
+  for (const auto& [word, value] : words) {
+    if (word == text) return value;
+  }
+  return std::nullopt;
+}
+
+template <typename Value>
+std::vector<std::string> texts_of(const Words<Value>& words) {
+  std::vector<std::string> texts;
+  for (const auto& [word, value] : words) texts.push_back(word);
+  return texts;
 }
 
 }  // namespace cbr

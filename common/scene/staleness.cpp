@@ -123,13 +123,13 @@ Provenance option_provenance(const Component& component, MassKind mass) {
   const ReductionOptions& reduction = *component.reduction;
   Provenance p;
   p["mass"] = word_of(mass_words, std::optional(mass));
-  if (reduction.is_massless()) p["massless_modes"] = reduction.massless_modes;
+  if (reduction.is_massless()) p["massless_modes"] = word_of(massless_words, reduction.massless_modes);
   if (reduction.is_characteristic()) add(reduction.characteristic, p);
   p["interface"] = join(reduction.interface_sets);
   if (reduction.modes) p["modes"] = std::to_string(*reduction.modes);
   if (reduction.cutoff_hz) p["cutoff_hz"] = number_text(*reduction.cutoff_hz);
   if (reduction.tolerance) p["tolerance"] = number_text(*reduction.tolerance);
-  p["pick"] = reduction.tolerance ? "tolerance" : reduction.pick;
+  p["pick"] = reduction.tolerance ? "tolerance" : word_of(pick_words, reduction.pick);
   p["domains"] = std::to_string(reduction.domains);
   if (reduction.second_modes) p["second_modes"] = std::to_string(*reduction.second_modes);
   if (reduction.second_cutoff_hz) p["second_cutoff_hz"] = number_text(*reduction.second_cutoff_hz);
@@ -142,7 +142,7 @@ std::string stale_text(const Scene& scene, const Component& component) try {
   const Provenance file = provenance_of(reader), now = option_provenance(component, wanted_mass(component, file));
   if (file.empty()) return "the file does not tell what it was made from";
   Differences differences;
-  if (reader.has_attribute("/", "basis")) differences.add("basis", reader.read_string("/", "basis"), component.reduction->basis);
+  if (reader.has_attribute("/", "basis")) differences.add("basis", reader.read_string("/", "basis"), word_of(basis_words, component.reduction->basis));
   if (value(file, "mesh_hash") != file_hash(component.mesh))
     differences.add("the mesh " + component.mesh.filename().string() + " is another than that of the file");
   for (const auto& [key, in_file] : file)

@@ -48,7 +48,7 @@ void require_load_inside(const Scene& scene, const Instance& instance, const Geo
   const Component& component = component_of(scene, instance);
   if (!component.has_mesh) return;  // nobody reduces it again
   const ReductionOptions& reduction = *component.reduction;
-  if (reduction.is_decomposed() || reduction.basis != "craig-bampton") return;
+  if (reduction.is_decomposed() || reduction.basis != Basis::craig_bampton) return;
   std::vector<std::string> kept;
   for (const auto& [name, surface] : geometry.surfaces) kept.push_back(name);
   throw InputError(load.source.text() + ": the superelement of instance '" + load.instance + "' has no surface '" + load.surface +

@@ -11,6 +11,7 @@
 #include "common/base/machine_memory.hpp"
 #include "common/fem/connected_parts.hpp"
 #include "common/linalg/huge_pages.hpp"
+#include "common/scene/scene_words.hpp"
 #include "reducer/bases/free_shapes.hpp"
 #include "reducer/bases/reduction.hpp"
 #include "reducer/condensation/panel_memory.hpp"
@@ -27,7 +28,7 @@ namespace {
 
 constexpr double singular_pivot = 1e-14;
 
-bool has_free_modes(const ReductionOptions& options) { return options.is_massless() && options.massless_modes != "fixed"; }
+bool has_free_modes(const ReductionOptions& options) { return options.is_massless() && options.massless_modes != MasslessModes::fixed; }
 
 // Fronts, or a Lanczos basis, have left room in the heap that may be needed as one piece elsewhere.
 void return_room() { return_unused_heap(0.1 * machine_memory_bytes()); }
@@ -107,11 +108,8 @@ void check_found(Reduction& r, const FixedInterfaceModes& modes) {
 
 FixedInterfaceModes modes_to_compute(Reduction& r, const SparseCholesky& factor) {
   const Index wanted = n_modes_wanted(r, factor), n_I = r.p.n_interior();
-  if (r.options.pick == "participation") {
-    if (!r.options.modes) throw InputError("pick: participation needs `modes`: a cutoff keeps every mode below it");
-  } else if (r.options.pick != "frequency") {
-    throw InputError("pick: '" + r.options.pick + "' found, frequency or participation allowed");
-  }
+  if (r.options.pick == Pick::participation && !r.options.modes)
+    throw InputError("pick: participation needs `modes`: a cutoff keeps every mode below it");
   const Index candidates = n_mode_candidates(r.options.pick, wanted, n_I), picked = candidates > wanted ? wanted : 0;
   const auto phase = r.report.phase("fixed-interface modes");
   r.report.progress("fixed-interface modes", 0);
@@ -127,14 +125,14 @@ FixedInterfaceModes modes_to_compute(Reduction& r, const SparseCholesky& factor)
   }
   r.figures.n_candidates = candidates;
   check_found(r, modes);
-  if (r.options.modes && r.options.pick == "frequency") warn_of_cut_pair(modes.lambda, modes.next, r.report);
+  if (r.options.modes && r.options.pick == Pick::frequency) warn_of_cut_pair(modes.lambda, modes.next, r.report);
   return modes;
 }
 
 void keep_modes(Reduction& r, FixedInterfaceModes& modes, Condensation& condensed) {
   r.not_kept.Phi.resize(r.p.n_interior(), 0);
   if (modes.lambda.size() > 0) r.not_kept.beyond = std::max(modes.next, modes.lambda(modes.lambda.size() - 1));
-  if (r.options.pick != "participation" || modes.lambda.size() <= *r.options.modes) return;
+  if (r.options.pick != Pick::participation || modes.lambda.size() <= *r.options.modes) return;
   const std::vector<Index> kept = modes.picked.empty() ? modes_by_participation(condensed.M_kc, *r.options.modes) : modes.picked;
   std::vector<Index> others;
   for (Index j = 0; j < modes.lambda.size(); ++j)
@@ -183,7 +181,7 @@ void make_free(Reduction& r, const SparseCholesky& factor, Condensation& condens
   refuse_mechanism(r, s);
   MasslessFigures m = make_massless_free(
       {r.model.K, r.model.M, r.x, r.part}, r.p, factor,
-      {r.options.modes.value_or(0), r.options.cutoff_hz.value_or(0), r.options.massless_modes == "tapered"}, s, r.report);
+      {r.options.modes.value_or(0), r.options.cutoff_hz.value_or(0), r.options.massless_modes == MasslessModes::tapered}, s, r.report);
   r.figures.n_candidates = s.k();
   r.figures.mode_method = m.method, r.figures.modes_proven = m.proven;
   r.figures.condition.counts = m.counts, r.figures.condition.modes = m.modes;
@@ -506,7 +504,7 @@ Superelement reduce_to(const std::vector<Index>* interface, const Mesh& mesh, co
   }
   check_interface_holds(mesh, r.model, r.p, r.part);
   describe_interface(r, s);
-  s.basis = options.basis;
+  s.basis = word_of(basis_words, options.basis);
   condense_and_keep(r, s);
   if (!settings.is_domain) report_conditioning(r.figures.condition, report);  // of domains in their order, when all are done
   warn_of_conditioning(r.figures.condition, report);

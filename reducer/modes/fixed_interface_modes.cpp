@@ -214,8 +214,8 @@ Index count_modes_below(const Partition& partition, const SparseCholesky& factor
   return inertia_below(partition, factor, omega * omega);
 }
 
-Index n_mode_candidates(const std::string& pick, Index wanted, Index n_interior) {
-  if (pick != "participation" || wanted == 0 || wanted >= n_interior) return wanted;
+Index n_mode_candidates(Pick pick, Index wanted, Index n_interior) {
+  if (pick != Pick::participation || wanted == 0 || wanted >= n_interior) return wanted;
   return std::min(n_interior, std::max(candidates_per_mode * wanted, least_candidates));
 }
 

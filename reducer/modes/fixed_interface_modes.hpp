@@ -43,7 +43,7 @@ FixedInterfaceModes more_modes(const Partition& partition, const SparseCholesky&
 Index count_modes_below(const Partition& partition, const SparseCholesky& factor, double frequency_hz);
 
 // Modes that are computed so that `wanted` can be kept; more than wanted with pick: participation.
-Index n_mode_candidates(const std::string& pick, Index wanted, Index n_interior);
+Index n_mode_candidates(Pick pick, Index wanted, Index n_interior);
 
 // Indices (ascending) of the `count` rows of M_kc with the largest |alpha_j|^2: the modes that an interface motion drives most.
 std::vector<Index> modes_by_participation(const Matrix& M_kc, Index count);

@@ -9,6 +9,7 @@
 #include "common/linalg/eigen/eigenpairs.hpp"
 #include "common/mesh/face_weights.hpp"
 #include "common/mesh/surface.hpp"
+#include "common/scene/scene_words.hpp"
 
 namespace cbr {
 namespace {
@@ -49,7 +50,7 @@ void refuse_loads_inside(const Mesh& mesh, const ReductionOptions& reduction, co
       throw InputError("loads: nodeset '" + name + "' lies inside the part, and forces on nodes act on nodes that are kept: add '" +
                        name + "' to reduction.interface");
     if (takes_faces_in) continue;
-    const std::string who = reduction.is_decomposed() ? "domains above 1 know" : "basis: " + reduction.basis + " knows";
+    const std::string who = reduction.is_decomposed() ? "domains above 1 know" : "basis: " + word_of(basis_words, reduction.basis) + " knows";
     throw InputError("loads: '" + name + "' lies inside the part, and " + who +
                      " loads on the interface only: add it to reduction.interface, or use basis: craig-bampton with domains: 1");
   }

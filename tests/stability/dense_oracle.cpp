@@ -95,7 +95,7 @@ DenseReduction dense_reduction(const DenseModel& model, const std::vector<Index>
   DenseReduction reduced;
   reduced.gap = 1;
   if (pick == "participation" && k < n_I) {
-    const Index candidates = n_mode_candidates(pick, k, n_I);
+    const Index candidates = n_mode_candidates(Pick::participation, k, n_I);
     if (candidates > 0 && candidates < n_I) {
       const double last = modes.lambda[candidates - 1], next = modes.lambda[candidates];
       reduced.gap = (next - last) / next;

@@ -161,12 +161,9 @@ ReductionOptions parse_reduction(const SceneNode& node, const std::filesystem::p
                                  "pick", "domains", "second_reduction", "recovery", "loads", "superelement"});
   ReductionOptions reduction;
   reduction.source = node.source();
-  if (const auto* basis = map.find("basis")) {
-    reduction.basis = basis->text();
-    check_basis(reduction.basis, basis->source().text() + ": " + basis->path());
-  }
+  if (const auto* basis = map.find("basis")) reduction.basis = basis->one_of(basis_words);
   if (const auto* modes = map.find("massless_modes")) {
-    reduction.massless_modes = modes->one_of<std::string>({{"free", "free"}, {"tapered", "tapered"}, {"fixed", "fixed"}});
+    reduction.massless_modes = modes->one_of(massless_words);
     if (!reduction.is_massless()) modes->fail("requires basis: massless");
   }
   if (const auto* characteristic = map.find("characteristic")) {
@@ -185,7 +182,7 @@ ReductionOptions parse_reduction(const SceneNode& node, const std::filesystem::p
   if (reduction.characteristic.is_default_modes) reduction.characteristic.modes = default_shapes(reduction.modes);
   if (const auto* pick = map.find("pick")) {
     if (reduction.tolerance) pick->fail("requires modes: with a tolerance the modes are chosen by participation");
-    reduction.pick = pick->one_of<std::string>({{"frequency", "frequency"}, {"participation", "participation"}});
+    reduction.pick = pick->one_of(pick_words);
   }
   if (const auto* domains = map.find("domains")) reduction.domains = domains->index(1);
   if (const auto* second = map.find("second_reduction")) parse_second_reduction(*second, reduction);
@@ -292,13 +289,6 @@ void require_plain_name(const SceneNode& node, const std::string& kind, const st
   node.fail("the name of " + kind + " holds a dot or a slash: '" + name + "'");
 }
 
-void check_basis(const std::string& basis, const std::string& where) {
-  const std::vector<std::string> allowed = {"craig-bampton", "massless", "characteristic"};
-  if (std::find(allowed.begin(), allowed.end(), basis) != allowed.end()) return;
-  const std::string hint = nearest_name(basis, allowed);
-  throw InputError(where + ": unknown basis '" + basis + "'" + hint + (hint.empty() ? ", " : " ") + "allowed: " + join(allowed));
-}
-
 void check_massless(const ReductionOptions& reduction, const std::string& where) {
   if (!reduction.is_massless()) return;
   const auto refuse = [&](const std::string& what, const std::string& cure) {
@@ -308,7 +298,7 @@ void check_massless(const ReductionOptions& reduction, const std::string& where)
   if (reduction.recovery) refuse("recovery", "leave it out");
   if (reduction.tolerance) refuse("tolerance", "take modes or cutoff_hz");
   if (!reduction.loads.empty()) refuse("loads inside the part", "take their sets into the interface");
-  if (reduction.massless_modes != "fixed" && reduction.pick == "participation")
+  if (reduction.massless_modes != MasslessModes::fixed && reduction.pick == Pick::participation)
     refuse("pick: participation of free modes", "take massless_modes: fixed, or pick: frequency");
 }
 

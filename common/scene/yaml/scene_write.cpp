@@ -115,14 +115,14 @@ void write_component(const Component& component, std::ostream& out) {
   if (!component.reduction) return;
   const ReductionOptions& reduction = *component.reduction;
   out << "    reduction:\n";
-  out << "      basis: " << word(reduction.basis) << "\n";
-  if (reduction.is_massless()) out << "      massless_modes: " << word(reduction.massless_modes) << "\n";
+  out << "      basis: " << word_of(basis_words, reduction.basis) << "\n";
+  if (reduction.is_massless()) out << "      massless_modes: " << word_of(massless_words, reduction.massless_modes) << "\n";
   if (reduction.is_characteristic()) write_characteristic(reduction.characteristic, out);
   out << "      interface: " << words(reduction.interface_sets) << "\n";
   if (reduction.modes) out << "      modes: " << *reduction.modes << "\n";
   if (reduction.cutoff_hz) out << "      cutoff_hz: " << number_text(*reduction.cutoff_hz) << "\n";
   if (reduction.tolerance) out << "      tolerance: " << number_text(*reduction.tolerance) << "\n";
-  if (!reduction.tolerance) out << "      pick: " << word(reduction.pick) << "\n";
+  if (!reduction.tolerance) out << "      pick: " << word_of(pick_words, reduction.pick) << "\n";
   out << "      domains: " << reduction.domains << "\n";
   if (reduction.second_modes) out << "      second_reduction: {modes: " << *reduction.second_modes << "}\n";
   if (reduction.second_cutoff_hz)

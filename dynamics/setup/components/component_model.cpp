@@ -136,7 +136,7 @@ void add_part(std::shared_ptr<const Superelement> superelement, std::vector<Inde
 
 // As the modes were picked.
 HalfBy half_by(const ReductionOptions& reduction) {
-  const bool by_frequency = reduction.has_second_reduction() || (reduction.pick == "frequency" && !reduction.tolerance);
+  const bool by_frequency = reduction.has_second_reduction() || (reduction.pick == Pick::frequency && !reduction.tolerance);
   return by_frequency ? HalfBy::frequency : HalfBy::participation;
 }
 

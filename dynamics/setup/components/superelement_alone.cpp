@@ -14,13 +14,14 @@ namespace {
 
 void take_options(ReductionOptions& reduction) {
   const Hdf5Reader file(reduction.superelement);
-  if (file.has_attribute("/", "basis")) reduction.basis = file.read_string("/", "basis");
+  if (file.has_attribute("/", "basis"))  // A basis of other programs has the matrices of Craig-Bampton.
+    reduction.basis = value_of(basis_words, file.read_string("/", "basis")).value_or(Basis::craig_bampton);
   if (is_superelement_group(reduction.superelement)) reduction.domains = file.read_index("/", "n_domains");
   const auto tells = [&](const char* option) { return file.has("/provenance") && file.has_attribute("/provenance", option); };
   // Which modes are the better half: --check-error
   if (tells("second_modes")) reduction.second_modes = 0;
   if (tells("second_cutoff_hz")) reduction.second_cutoff_hz = 0;
-  if (tells("pick") && file.read_string("/provenance", "pick") != "frequency") reduction.pick = "participation";
+  if (tells("pick") && file.read_string("/provenance", "pick") != "frequency") reduction.pick = Pick::participation;
 }
 
 }  // namespace

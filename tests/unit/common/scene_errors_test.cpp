@@ -111,7 +111,7 @@ const std::vector<Mistake> mistakes = {
     {"basis: craig-bampton",
      "basis: characteristic\n      characteristic: {statics: []}",
      {"components.block.reduction.characteristic.statics: is empty, expected sidesets of the interface, or none"}},
-    {"basis: craig-bampton", "basis: craig", {"unknown basis 'craig'"}},
+    {"basis: craig-bampton", "basis: craig", {"reduction.basis: unknown value 'craig', allowed: craig-bampton"}},
     {"pick: participation", "pick: random", {"allowed: frequency, participation"}},
     {"recovery: true", "recovery: maybe", {"expected true or false"}},
     {"recovery: true", "recovery: []", {"recovery: is empty, expected sets or element blocks of the mesh, or true"}},

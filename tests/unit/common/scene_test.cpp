@@ -39,7 +39,7 @@ TEST(Scene, everyKeyArrives) {
   EXPECT_EQ(block.reduction->interface_sets, (std::vector<std::string>{"contact", "two words"}));
   EXPECT_EQ(block.reduction->modes, 80);
   EXPECT_FALSE(block.reduction->cutoff_hz);
-  EXPECT_EQ(block.reduction->pick, "participation");
+  EXPECT_EQ(block.reduction->pick, Pick::participation);
   EXPECT_EQ(block.reduction->domains, 3);
   EXPECT_TRUE(block.reduction->recovery);
   EXPECT_EQ(block.reduction->superelement, (folder.path().parent_path() / "out/block.h5"));
@@ -52,7 +52,7 @@ TEST(Scene, everyKeyArrives) {
   EXPECT_EQ(plate.reduction->domains, 2);
   EXPECT_EQ(plate.reduction->second_cutoff_hz, 1.5e6);
   EXPECT_FALSE(plate.reduction->second_modes);
-  EXPECT_EQ(plate.reduction->pick, "frequency");
+  EXPECT_EQ(plate.reduction->pick, Pick::frequency);
   EXPECT_EQ(plate.reduction->interface_sets, std::vector<std::string>{"contact"});
   EXPECT_EQ(plate.reduction->superelement, folder / "plate.cbr.h5");
   EXPECT_FALSE(scene.components.at("bare").reduction);

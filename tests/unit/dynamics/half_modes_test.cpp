@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "common/linalg/dense.hpp"
+#include "common/scene/scene_words.hpp"
 #include "dynamics/setup/components/half_modes.hpp"
 
 #include <gtest/gtest.h>
@@ -14,8 +15,7 @@
 namespace cbr {
 namespace {
 
-Superelement reduced(Index modes, const std::string& basis, const std::string& pick = "frequency",
-                     const std::string& massless = "free") {
+Superelement reduced(Index modes, Basis basis, Pick pick = Pick::frequency, MasslessModes massless = MasslessModes::free) {
   const Mesh mesh = test::block_mesh({{4, 3, 2}, Vector3(1, 0.8, 0.7)});
   ReductionOptions options;
   options.interface_sets = {"x_max"};
@@ -27,8 +27,8 @@ Superelement reduced(Index modes, const std::string& basis, const std::string& p
 double relative(const Matrix& a, const Matrix& b) { return (a - b).norm() / b.norm(); }
 
 TEST(KeepHalf, IsTheReductionWithHalfOfTheModes) {
-  Superelement s = reduced(11, "craig-bampton");
-  const Superelement half = reduced(5, "craig-bampton");
+  Superelement s = reduced(11, Basis::craig_bampton);
+  const Superelement half = reduced(5, Basis::craig_bampton);
   EXPECT_EQ(keep_half(s, HalfBy::frequency), 6);
   EXPECT_FALSE(s.has_diagonal_form());
   EXPECT_LT(relative(s.eigenvalues, half.eigenvalues), 1e-10);
@@ -37,7 +37,7 @@ TEST(KeepHalf, IsTheReductionWithHalfOfTheModes) {
 }
 
 TEST(KeepHalf, IsRefusedBeforeTheRunWhereThereIsNone) {
-  Superelement s = reduced(4, "craig-bampton");
+  Superelement s = reduced(4, Basis::craig_bampton);
   EXPECT_NO_THROW(require_half(s));
   s.basis = "characteristic";
   EXPECT_THROW(require_half(s), InputError);
@@ -93,25 +93,25 @@ void expect_same(const Superelement& s, const Superelement& half, double toleran
 
 // Halved more than once, from a file and back.
 TEST(KeepHalf, OfBasisMasslessIsTheReductionWithHalfOfTheModes) {
-  for (const std::string kind : {"free", "tapered", "fixed"}) {
-    SCOPED_TRACE(kind);
+  for (const MasslessModes kind : {MasslessModes::free, MasslessModes::tapered, MasslessModes::fixed}) {
+    SCOPED_TRACE(word_of(massless_words, kind));
     for (const Index modes : {Index{13}, Index{24}, Index{40}}) {
-      Superelement s = reduced(modes, "massless", "frequency", kind);
+      Superelement s = reduced(modes, Basis::massless, Pick::frequency, kind);
       const Index half = modes / 2, k = s.k();
       EXPECT_EQ(keep_half(s, HalfBy::frequency), modes - half);
       EXPECT_EQ(s.k(), k - modes + half);
-      expect_same(s, reduced(half, "massless", "frequency", kind), 1e-8);
+      expect_same(s, reduced(half, Basis::massless, Pick::frequency, kind), 1e-8);
       if (modes < 40) continue;
       check(s, "half");
       keep_half(s, HalfBy::frequency);
-      expect_same(s, reduced(10, "massless", "frequency", kind), 1e-8);
+      expect_same(s, reduced(10, Basis::massless, Pick::frequency, kind), 1e-8);
     }
   }
 }
 
 TEST(KeepHalf, OfFixedModesPickedByParticipationTakesTheBestOfThem) {
-  Superelement s = reduced(30, "massless", "participation", "fixed");
-  const Superelement craig_bampton = reduced(30, "craig-bampton", "participation");
+  Superelement s = reduced(30, Basis::massless, Pick::participation, MasslessModes::fixed);
+  const Superelement craig_bampton = reduced(30, Basis::craig_bampton, Pick::participation);
   const std::vector<Index> best = modes_by_participation(craig_bampton.M_kc, 15);
   keep_half(s, HalfBy::participation);
   // With the interface held its squared frequencies are those of the modes that stay
@@ -121,19 +121,19 @@ TEST(KeepHalf, OfFixedModesPickedByParticipationTakesTheBestOfThem) {
 }
 
 TEST(KeepHalf, OfBasisMasslessIsRefusedWhereItIsNotKnownOrNone) {
-  for (const std::string kind : {"tapered", "fixed"}) {
-    Superelement s = reduced(20, "massless", "frequency", kind);
+  for (const MasslessModes kind : {MasslessModes::tapered, MasslessModes::fixed}) {
+    Superelement s = reduced(20, Basis::massless, Pick::frequency, kind);
     EXPECT_NO_THROW(require_half(s));
     s.massless.omega_fall = 0, s.massless.rigid_share.resize(0, 0);  // as in a file before 1.5
-    EXPECT_THROW(require_half(s), InputError) << kind;
-    EXPECT_THROW(keep_half(s, HalfBy::frequency), InputError) << kind;
+    EXPECT_THROW(require_half(s), InputError) << word_of(massless_words, kind);
+    EXPECT_THROW(keep_half(s, HalfBy::frequency), InputError) << word_of(massless_words, kind);
   }
-  EXPECT_THROW(require_half(reduced(11, "massless", "frequency", "fixed")), InputError);
-  EXPECT_NO_THROW(require_half(reduced(0, "massless", "frequency", "tapered")));
+  EXPECT_THROW(require_half(reduced(11, Basis::massless, Pick::frequency, MasslessModes::fixed)), InputError);
+  EXPECT_NO_THROW(require_half(reduced(0, Basis::massless, Pick::frequency, MasslessModes::tapered)));
 }
 
 TEST(KeepHalf, TakesWhatWasPickedByParticipation) {
-  Superelement s = reduced(12, "craig-bampton", "participation");
+  Superelement s = reduced(12, Basis::craig_bampton, Pick::participation);
   const std::vector<Index> best = modes_by_participation(s.M_kc, 6);
   const Vector expected = s.eigenvalues(best);
   keep_half(s, HalfBy::participation);

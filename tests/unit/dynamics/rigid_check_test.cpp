@@ -6,6 +6,7 @@
 #include <functional>
 
 #include "common/base/error.hpp"
+#include "common/scene/scene_words.hpp"
 #include "common/superelement/superelement_check.hpp"
 #include "reducer/bases/reduce.hpp"
 #include "tests/support/scene_run.hpp"
@@ -13,14 +14,14 @@
 namespace cbr {
 namespace {
 
-Superelement reduced(const std::string& basis, MassKind mass = MassKind::lumped, const std::vector<std::string>& loads = {}) {
+Superelement reduced(Basis basis, MassKind mass = MassKind::lumped, const std::vector<std::string>& loads = {}) {
   const Mesh mesh = test::block_mesh({{4, 3, 2}, Vector3(1, 0.8, 0.7), [](const Vector3& x) -> Vector3 {
                                         return x + 0.05 * Vector3(std::sin(2 * x[1] + x[2]), std::sin(2 * x[0]), std::sin(x[1]));
                                       }});
   ReductionOptions options;
   options.interface_sets = {"x_max"};
   options.modes = 8, options.basis = basis, options.loads = loads, options.recovery = !loads.empty();
-  if (basis == "characteristic") options.modes = 0, options.characteristic.modes = 6;
+  if (basis == Basis::characteristic) options.modes = 0, options.characteristic.modes = 6;
   Report report("test", Verbosity::quiet);
   return reduce(mesh, {BlockProperties{{100, 0.3, 1}, Hex8Formulation::incompatible}}, mass, options, {}, report);
 }
@@ -51,7 +52,7 @@ void expect_coordinates_matter(const Superelement& s, const std::string& named) 
 
 TEST(RigidCheck, OfMatrices) {
   for (const MassKind mass : {MassKind::lumped, MassKind::consistent}) {
-    Superelement s = reduced("craig-bampton", mass);
+    Superelement s = reduced(Basis::craig_bampton, mass);
     s.omega.resize(0), s.V.resize(0, 0);
     EXPECT_EQ(refusal(s), "");
     expect_coordinates_matter(s, "/matrices/M_cc");
@@ -62,7 +63,7 @@ TEST(RigidCheck, OfMatrices) {
 }
 
 TEST(RigidCheck, OfTheDiagonalForm) {
-  Superelement s = reduced("craig-bampton");
+  Superelement s = reduced(Basis::craig_bampton);
   ASSERT_TRUE(s.has_diagonal_form());
   EXPECT_EQ(refusal(s), "");
   // An entry that is beyond all others brings no round-off that excuses it
@@ -87,7 +88,7 @@ TEST(RigidCheck, OfTheDiagonalForm) {
 }
 
 TEST(RigidCheck, OfLoadsAndRecovery) {
-  const Superelement s = reduced("craig-bampton", MassKind::lumped, {"y_min"});
+  const Superelement s = reduced(Basis::craig_bampton, MassKind::lumped, {"y_min"});
   ASSERT_EQ(s.loads.count("y_min"), 1u);
   ASSERT_EQ(s.recovery.size(), 1u);
   EXPECT_EQ(refusal(s), "");
@@ -106,19 +107,19 @@ TEST(RigidCheck, OfLoadsAndRecovery) {
 }
 
 TEST(RigidCheck, OfModes) {
-  for (const std::string basis : {"massless", "characteristic"}) {
+  for (const Basis basis : {Basis::massless, Basis::characteristic}) {
     const Superelement s = reduced(basis);
-    const std::string field = "/" + basis + "/V";
-    EXPECT_EQ(refusal(s), "") << basis;
+    const std::string word = word_of(basis_words, basis), field = "/" + word + "/V";
+    EXPECT_EQ(refusal(s), "") << word;
     expect_coordinates_matter(s, field);
-    const auto V = [&](Superelement& t) -> Matrix& { return basis == "massless" ? t.massless.V : t.characteristic.V; };
-    EXPECT_NE(refusal(s, [&](Superelement& t) { V(t).setZero(); }).find(field), std::string::npos) << basis;
-    EXPECT_NE(refusal(s, [&](Superelement& t) { V(t)(0, 0) = 1e300; }).find(field), std::string::npos) << basis;
+    const auto V = [&](Superelement& t) -> Matrix& { return basis == Basis::massless ? t.massless.V : t.characteristic.V; };
+    EXPECT_NE(refusal(s, [&](Superelement& t) { V(t).setZero(); }).find(field), std::string::npos) << word;
+    EXPECT_NE(refusal(s, [&](Superelement& t) { V(t)(0, 0) = 1e300; }).find(field), std::string::npos) << word;
   }
 }
 
 TEST(RigidCheck, OfFacesAndLengths) {
-  const Superelement s = reduced("craig-bampton");
+  const Superelement s = reduced(Basis::craig_bampton);
   const auto faces = [&](const std::function<void(Surface&)>& change) {
     return refusal(s, [&](Superelement& t) { change(t.surfaces[0]); });
   };
@@ -133,7 +134,7 @@ TEST(RigidCheck, OfFacesAndLengths) {
 }
 
 TEST(RigidCheck, FewNodesTellNothing) {
-  Superelement s = reduced("craig-bampton");
+  Superelement s = reduced(Basis::craig_bampton);
   s.omega.resize(0), s.V.resize(0, 0), s.surfaces.clear();
   // As of one whose interface is a single node, by another maker: its rotations are in the modes
   s.node_ids.resize(1), s.coordinates = s.coordinates.topRows(1).eval();

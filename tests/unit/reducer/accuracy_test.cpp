@@ -149,19 +149,19 @@ TEST_P(Accuracy, EstimatedErrorsOfOtherBasesAreTheTrueOnes) {
   };
   ReductionOptions options = of({"x_max"});
   options.modes = 60, rho = reduced(mesh, options, GetParam()).accuracy->rho_res;
-  options.basis = "characteristic";
+  options.basis = Basis::characteristic;
   options.characteristic.modes = 3, compare(options, "3 shapes");
   options.characteristic.modes = 15, compare(options, "15 shapes");
-  options.basis = "massless", options.massless_modes = "fixed";
+  options.basis = Basis::massless, options.massless_modes = MasslessModes::fixed;
   compare(options, "fixed modes");
 }
 
 TEST_P(Accuracy, FreeModesAreExactAndNoneIsMissing) {
   const Mesh mesh = block();
   const Full f = full(mesh, {"x_max"}, GetParam());
-  for (const char* modes : {"free", "tapered"}) {
+  for (const MasslessModes modes : {MasslessModes::free, MasslessModes::tapered}) {
     ReductionOptions options = of({"x_max"});
-    options.basis = "massless", options.massless_modes = modes, options.modes = 20;
+    options.basis = Basis::massless, options.massless_modes = modes, options.modes = 20;
     const Superelement s = reduced(mesh, options, GetParam());
     const Superelement::Accuracy& a = s.accuracy.value();
     const auto hz = [&](Index j) { return std::sqrt(f.eigenvalues(6 + j)) / (2 * std::numbers::pi); };
@@ -170,7 +170,7 @@ TEST_P(Accuracy, FreeModesAreExactAndNoneIsMissing) {
     EXPECT_EQ(a.eigenvalue_error.maxCoeff(), 0);
     EXPECT_NEAR(a.covered_hz, hz(19), 1e-9 * hz(19));
     EXPECT_NEAR(a.complete_hz, hz(20), 1e-6 * hz(20));
-    EXPECT_EQ(a.interface_share.size(), modes == std::string("free") ? 0 : 20);
+    EXPECT_EQ(a.interface_share.size(), modes == MasslessModes::free ? 0 : 20);
     for (Index j = 1; j < a.interface_share.size(); ++j) EXPECT_LE(a.interface_share(j), a.interface_share(j - 1)) << j;
   }
 }
@@ -182,7 +182,7 @@ TEST_P(Accuracy, WhatIsCoveredIsRight) {
     const Full f = full(mesh, sets, GetParam());
     double before = 0;
     for (const Index modes : {0, 5, 12, 30, 60}) {
-      for (const char* pick : {"frequency", "participation"}) {
+      for (const Pick pick : {Pick::frequency, Pick::participation}) {
         ReductionOptions options = of(sets);
         options.modes = modes, options.pick = pick;
         const Superelement s = reduced(mesh, options, GetParam());
@@ -196,7 +196,7 @@ TEST_P(Accuracy, WhatIsCoveredIsRight) {
             EXPECT_LE(1 - std::sqrt(1 - truth), 0.0101) << modes << " " << j;
           }
         }
-        if (pick != std::string("frequency")) continue;
+        if (pick != Pick::frequency) continue;
         EXPECT_GE(a.covered_hz, before);
         before = a.covered_hz;
       }

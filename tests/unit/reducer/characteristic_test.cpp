@@ -20,7 +20,7 @@ const Material soft = {1000, 0.3, 2};
 
 ReductionOptions characteristic(std::vector<std::string> sets, Index fixed, CharacteristicOptions of) {
   ReductionOptions options;
-  options.basis = "characteristic";
+  options.basis = Basis::characteristic;
   options.interface_sets = std::move(sets);
   options.modes = fixed;
   options.characteristic = std::move(of);

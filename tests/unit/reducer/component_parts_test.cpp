@@ -111,12 +111,12 @@ TEST(ComponentParts, EstimatedErrorsAreTheTrueOnes) {
   const Mesh mesh = together({large, small});
   const Superelement all = reduced(mesh, of(2 * all_inside));
   ReductionOptions options = of(30);
-  for (const char* pick : {"frequency", "participation"}) {
+  for (const Pick pick : {Pick::frequency, Pick::participation}) {
     options.pick = pick;
     const Superelement s = reduced(mesh, options);
     const Superelement::Accuracy& a = *s.accuracy;
     ASSERT_GE(a.eigenvalue_error.size(),
-              pick == std::string("frequency") ? 6 : 2);  // the others are not below the first that was dropped
+              pick == Pick::frequency ? 6 : 2);  // the others are not below the first that was dropped
     for (Index j = 0; j < std::min<Index>(10, a.eigenvalue_error.size()); ++j) {
       EXPECT_NEAR(a.frequency_hz(j), s.omega(12 + j) / (2 * M_PI), 1e-8 * a.frequency_hz(j));
       const double truth = 1 - std::pow(all.omega(12 + j) / s.omega(12 + j), 2);
@@ -143,7 +143,7 @@ TEST(ComponentParts, EqualPartsHaveTheModesOfOne) {
     for (Index j = 0; j < modes; ++j) EXPECT_NEAR(s.eigenvalues(j), one.eigenvalues(j / 6), 1e-9 * one.eigenvalues(j / 6)) << j;
   }
   ReductionOptions massless = of(7);
-  massless.basis = "massless";
+  massless.basis = Basis::massless;
   const Superelement lone = reduced(box_mesh(boxes[0]), massless);
   massless.modes = 42;
   const Superelement s = reduced(mesh, massless);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "common/linalg/dense.hpp"
+#include "common/scene/scene_words.hpp"
 #include "reducer/judgement/condition.hpp"
 
 #include <gtest/gtest.h>
@@ -172,7 +173,7 @@ TEST(Conditioning, OfTheCharacteristicBasisIsItsOwn) {
   ReductionOptions options;
   options.interface_sets = {"all"};
   options.modes = 0;
-  options.basis = "characteristic";
+  options.basis = Basis::characteristic;
   for (const auto& [is_hinged, n_modes] : {std::pair(true, 12), std::pair(true, 1), std::pair(false, 12)}) {
     options.characteristic.modes = n_modes;  // one is enough for the mechanism, which has the frequency of the rigid motions
     const Mesh mesh = is_hinged ? hinged() : all_of_a_box();
@@ -216,8 +217,8 @@ TEST(Conditioning, AMechanismIsFoundWithoutTheDiagonalForm) {
     EXPECT_EQ(c.softest > 1e-3, !is_hinged) << c.softest;
     EXPECT_GT(c.mass.plain, 1);  // known without the form too
     EXPECT_FALSE(c.knows_frequencies());
-    options.basis = "massless";
-    options.massless_modes = "free", options.modes = 12;
+    options.basis = Basis::massless;
+    options.massless_modes = MasslessModes::free, options.modes = 12;
     if (is_hinged) {
       try {
         reduce(mesh, properties(mesh, paper_steel()), MassKind::lumped, options, settings, report, &figures);
@@ -226,7 +227,7 @@ TEST(Conditioning, AMechanismIsFoundWithoutTheDiagonalForm) {
         EXPECT_NE(std::string(error.what()).find("moves most at node"), std::string::npos) << error.what();
       }
     }
-    options.basis = "craig-bampton", options.modes = 0;
+    options.basis = Basis::craig_bampton, options.modes = 0;
   }
 }
 
@@ -264,7 +265,7 @@ TEST(Conditioning, WhatIsNotComputedIsNotTold) {
 
 // A soft half, held by the interface at x_min, and a stiff one: by round-off of the stiff one the interior lags behind, by 5e-4 at a
 // ratio of 1e10 and more than the body itself at 1e14.
-Superelement soft_and_stiff(double ratio, const std::string& basis, Report& report) {
+Superelement soft_and_stiff(double ratio, Basis basis, Report& report) {
   Mesh mesh = box_mesh({{8, 3, 3}, {2, 1, 1}, {0, 0, 0}, 0});
   Block& first = mesh.blocks[0];
   Block second = first;
@@ -288,8 +289,8 @@ Superelement soft_and_stiff(double ratio, const std::string& basis, Report& repo
   mesh.nodesets.clear();
   ReductionOptions options;
   options.interface_sets = {face.name};
-  options.modes = basis == "massless" ? 30 : 384, options.basis = basis;
-  if (basis == "characteristic") options.characteristic.modes = 30;
+  options.modes = basis == Basis::massless ? 30 : 384, options.basis = basis;
+  if (basis == Basis::characteristic) options.characteristic.modes = 30;
   const BlockProperties a{{1 / ratio, 0.3, 1 / ratio}, Hex8Formulation::incompatible};
   const BlockProperties b{{1, 0.3, 8 / ratio}, Hex8Formulation::incompatible};
   return reduce(mesh, {a, b}, MassKind::lumped, options, {}, report);
@@ -299,18 +300,18 @@ Superelement soft_and_stiff(double ratio, const std::string& basis, Report& repo
 // 1e-6 of them.
 TEST(Conditioning, StiffPartsAreRefusedWhereAllIsLostAndByAllFormsAlike) {
   Report report("test", Verbosity::quiet);
-  for (const std::string basis : {"craig-bampton", "massless", "characteristic"}) {
-    const auto lowest = [&](double ratio) {
+  for (const auto& [word, basis] : basis_words) {
+    const auto lowest = [&, basis = basis](double ratio) {
       const Superelement s = soft_and_stiff(ratio, basis, report);
       return s.has_diagonal_form() ? Vector(s.omega.segment(6, 3)) : Vector(s.eigenvalues.segment(6, 3).cwiseSqrt());
     };
     testing::internal::CaptureStderr();
     const Vector known = lowest(1e6), found = lowest(1e10);
-    EXPECT_NE(testing::internal::GetCapturedStderr().find("which is put right"), std::string::npos) << basis;
-    EXPECT_LT((found - known).cwiseQuotient(known).cwiseAbs().maxCoeff(), 6e-5) << basis;  // 1.5e-5 is measured
+    EXPECT_NE(testing::internal::GetCapturedStderr().find("which is put right"), std::string::npos) << word;
+    EXPECT_LT((found - known).cwiseQuotient(known).cwiseAbs().maxCoeff(), 6e-5) << word;  // 1.5e-5 is measured
     testing::internal::CaptureStderr();
-    EXPECT_THROW(soft_and_stiff(1e14, basis, report), InputError) << basis;
-    EXPECT_EQ(testing::internal::GetCapturedStderr().find("put right"), std::string::npos) << basis;
+    EXPECT_THROW(soft_and_stiff(1e14, basis, report), InputError) << word;
+    EXPECT_EQ(testing::internal::GetCapturedStderr().find("put right"), std::string::npos) << word;
   }
 }
 

@@ -122,7 +122,7 @@ TEST_F(DefaultMass, OfAnOlderFileIsNoticed) {
 // Six lowest elastic frequencies of the free mesh, rad/s.
 Vector frequencies(ElementType type, const std::array<Index, 3>& cells, MassKind mass) {
   ReductionOptions options;
-  options.basis = "massless";
+  options.basis = Basis::massless;
   options.interface_sets = {"x_max"};
   options.modes = 8;
   Report report("test", Verbosity::quiet);

@@ -192,7 +192,7 @@ TEST(Domains, CutoffAndParticipationHoldInEach) {
   }
   EXPECT_GT(kept, 0);
   options = in_domains(4, 5);
-  options.pick = "participation";
+  options.pick = Pick::participation;
   for (const auto& s : reduced(mesh, options).domains) EXPECT_EQ(s.k(), 5);
 }
 

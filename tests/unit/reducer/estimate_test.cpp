@@ -126,7 +126,7 @@ TEST(Estimate, OfFewShapesIsWhatTheReductionHas) {
       const Mesh mesh = box_mesh({{N, N, 3}, {0.1, 0.1, 0.03}, {0, 0, 0}, 0});
       const auto material = properties(mesh, paper_steel());
       ReductionOptions options = options_of("z_min", 8);
-      options.basis = "characteristic";
+      options.basis = Basis::characteristic;
       options.characteristic.is_default_modes = true;
       options.characteristic.needs.touching["z_min"] = friction;
       const Estimate e = estimate(mesh, material, options, one_domain(mesh), no_limit);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "common/linalg/dense.hpp"
+#include "common/scene/scene_words.hpp"
 #include "reducer/bases/massless.hpp"
 
 #include <gtest/gtest.h>
@@ -16,9 +17,9 @@ namespace {
 
 const Material soft = {1000, 0.3, 2};
 
-ReductionOptions massless(std::vector<std::string> sets, Index modes, const std::string& of = "free") {
+ReductionOptions massless(std::vector<std::string> sets, Index modes, MasslessModes of = MasslessModes::free) {
   ReductionOptions options;
-  options.basis = "massless", options.massless_modes = of;
+  options.basis = Basis::massless, options.massless_modes = of;
   options.interface_sets = std::move(sets);
   options.modes = modes;
   return options;
@@ -88,7 +89,7 @@ TEST_P(MasslessReduction, FreeModesAndStaticsAreThoseOfTheFullModel) {
 TEST_P(MasslessReduction, TaperedModesKeepStatics) {
   const Mesh mesh = skewed({4, 3, 2});
   for (const Index modes : {Index{0}, Index{12}}) {
-    const Superelement s = reduced(mesh, massless({"x_max"}, modes, "tapered"), GetParam());
+    const Superelement s = reduced(mesh, massless({"x_max"}, modes, MasslessModes::tapered), GetParam());
     const Full full = full_model(mesh, GetParam(), s);
     const Index e = full.lambda.size() - 6;
     EXPECT_LT(relative(compliance(s, 0), compliance(full.V.rightCols(e), full.lambda.tail(e), 0)), 1e-9);
@@ -109,7 +110,7 @@ TEST(MasslessFall, EndsAtTheNextModeThatAPressureMoves) {
   const Mesh mesh = box_mesh({{12, 1, 1}, {12, 1.3, 1}});
   int beyond_others = 0;
   for (Index modes = 8; modes <= 20; modes += 2) {
-    const Superelement s = reduced(mesh, massless({"x_max"}, modes, "tapered"));
+    const Superelement s = reduced(mesh, massless({"x_max"}, modes, MasslessModes::tapered));
     const Full full = full_model(mesh, MassKind::lumped, s);
     const auto is_axial = [&](Index j) {
       double sum = 0;
@@ -148,11 +149,11 @@ Vector held(const Superelement& s) {
 
 TEST_P(MasslessReduction, FixedModesKeepStaticsMassAndHeldFrequencies) {
   const Mesh mesh = skewed();
-  ReductionOptions craig = massless({"x_max", "y_min"}, 20, "fixed");
-  craig.basis = "craig-bampton";
+  ReductionOptions craig = massless({"x_max", "y_min"}, 20, MasslessModes::fixed);
+  craig.basis = Basis::craig_bampton;
   const Superelement cb = reduced(mesh, craig, GetParam());
   ReductionFigures figures;
-  const Superelement s = reduced(mesh, massless({"x_max", "y_min"}, 20, "fixed"), GetParam(), &figures);
+  const Superelement s = reduced(mesh, massless({"x_max", "y_min"}, 20, MasslessModes::fixed), GetParam(), &figures);
   EXPECT_EQ(s.k(), 20);
   EXPECT_GT(figures.massless.lost_mass, 0.05);
   EXPECT_LT(relative(held(s), cb.eigenvalues), 1e-9);
@@ -198,12 +199,12 @@ TEST(Massless, TwoPartsHaveTwelveRigidMotions) {
   for (Index i = e; i < joined.rows(); ++i) mesh.blocks[0].element_ids.push_back(i + 1);
   for (std::size_t set = 0; set < mesh.sidesets.size(); ++set)
     for (auto side : other.sidesets[set].sides) side.element += e, mesh.sidesets[set].sides.push_back(side);
-  for (const char* of : {"free", "fixed"}) {
+  for (const MasslessModes of : {MasslessModes::free, MasslessModes::fixed}) {
     const Superelement s = reduced(mesh, massless({"x_max"}, 30, of));
-    EXPECT_EQ((s.eigenvalues.array() == 0).count(), 12) << of;
+    EXPECT_EQ((s.eigenvalues.array() == 0).count(), 12) << word_of(massless_words, of);
     const Full full = full_model(mesh, MassKind::lumped, s);
     const Index elastic = full.lambda.size() - 12;
-    if (std::string(of) == "free") {
+    if (of == MasslessModes::free) {
       EXPECT_LT(relative(compliance(s, 0, 12), compliance(full.V.rightCols(elastic), full.lambda.tail(elastic), 0)), 1e-9);
     }
   }
@@ -219,7 +220,7 @@ TEST(Massless, RefusesWhatLeavesNothing) {
   EXPECT_NE(message_of(mesh, massless({"x_max"}, 60)).find("no compliance of its own"), std::string::npos);
   EXPECT_EQ(reduced(mesh, massless({"x_max"}, 40)).k(), 46);
   EXPECT_NE(message_of(mesh, massless({"x_max"}, 100)).find("only 75 elastic modes"), std::string::npos);
-  EXPECT_NE(message_of(mesh, massless({"x_max"}, 5, "fixed")).find("cannot carry the 6 rigid motions"), std::string::npos);
+  EXPECT_NE(message_of(mesh, massless({"x_max"}, 5, MasslessModes::fixed)).find("cannot carry the 6 rigid motions"), std::string::npos);
 }
 
 }  // namespace

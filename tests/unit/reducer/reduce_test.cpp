@@ -256,12 +256,12 @@ TEST(Reduce, ParticipationPicksTheModesThatTheInterfaceDrives) {
   const Mesh mesh = skewed();
   ReductionOptions options = with_modes({"x_max"}, 10);
   const Superelement lowest = reduced(mesh, options);
-  options.pick = "participation";
+  options.pick = Pick::participation;
   const Superelement picked = reduced(mesh, options);
   ASSERT_EQ(picked.k(), 10);
   EXPECT_GT(picked.M_kc.squaredNorm(), lowest.M_kc.squaredNorm());
   EXPECT_TRUE(std::is_sorted(picked.eigenvalues.begin(), picked.eigenvalues.end()));
-  options.pick = "frequency";
+  options.pick = Pick::frequency;
   options.modes = 180;
   const Superelement all = reduced(mesh, options);
   // No mode left out among the candidates has more participation than one that was kept.
@@ -384,7 +384,7 @@ TEST(Reduce, RefusesWrongOptions) {
   options.cutoff_hz = 1;
   EXPECT_NE(message_of(mesh, options).find("exactly one"), std::string::npos);
   options.modes.reset();
-  options.pick = "participation";
+  options.pick = Pick::participation;
   EXPECT_NE(message_of(mesh, options).find("participation"), std::string::npos);
 }
 

@@ -22,7 +22,7 @@ Mesh skewed(std::array<Index, 3> n = {5, 4, 3}) { return box_mesh({n, {5, 4, 3},
 
 ReductionOptions touching(const std::vector<std::string>& sets, std::map<std::string, bool> slides, Index fixed = 8) {
   ReductionOptions options;
-  options.basis = "characteristic";
+  options.basis = Basis::characteristic;
   options.interface_sets = sets;
   options.modes = fixed;
   options.characteristic.modes = 4;
