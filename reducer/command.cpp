@@ -15,6 +15,7 @@
 #include "common/files/unchanged_files.hpp"
 #include "common/scene/component_mass.hpp"
 #include "common/scene/left_out_blocks.hpp"
+#include "common/scene/reduction_keys.hpp"
 #include "common/scene/scene_words.hpp"
 #include "common/scene/staleness.hpp"
 #include "reducer/bases/reduce.hpp"
@@ -35,37 +36,24 @@
 namespace cbr {
 namespace {
 
-// The first option given that describes the component of a mesh; null: none.
-const char* given_mesh_option(const ReduceCommand& c) {
-  const std::vector<std::pair<bool, const char*>> given = {{!c.interface_sets.empty(), "--interface"},
-                                                           {c.modes.has_value(), "--modes"},
-                                                           {c.cutoff_hz.has_value(), "--cutoff-hz"},
-                                                           {c.tolerance.has_value(), "--tolerance"},
-                                                           {!c.pick.empty(), "--pick"},
-                                                           {c.youngs_modulus.has_value(), "--youngs-modulus"},
+// The first option given that describes the component of a mesh; empty: none.
+std::string given_mesh_option(const ReduceCommand& c) {
+  for (const ReductionKey& key : reduction_keys())
+    if (c.reduction.count(key.key) > 0) return key.option;
+  const std::vector<std::pair<bool, const char*>> given = {{c.youngs_modulus.has_value(), "--youngs-modulus"},
                                                            {c.poissons_ratio.has_value(), "--poissons-ratio"},
                                                            {c.density.has_value(), "--density"},
                                                            {!c.element.empty(), "--element"},
-                                                           {!c.mass.empty(), "--mass"},
-                                                           {!c.basis.empty(), "--basis"},
-                                                           {!c.massless_modes.empty(), "--massless-modes"},
-                                                           {c.characteristic_modes.has_value(), "--characteristic-modes"},
-                                                           {!c.keep.empty(), "--keep"},
-                                                           {!c.pressure.empty(), "--pressure"},
-                                                           {c.patterns.has_value(), "--patterns"},
-                                                           {c.shear, "--shear"},
-                                                           {!c.statics.empty(), "--statics"},
-                                                           {c.domains.has_value(), "--domains"},
-                                                           {c.recovery, "--recovery"}};
+                                                           {!c.mass.empty(), "--mass"}};
   for (const auto& [is_given, option] : given)
     if (is_given) return option;
-  return nullptr;
+  return "";
 }
 
 void refuse_mesh_options(const ReduceCommand& c) {
-  const char* option = given_mesh_option(c);
-  if (option == nullptr && !c.output.empty()) option = "--output";
-  if (option == nullptr) return;
+  std::string option = given_mesh_option(c);
+  if (option.empty() && !c.output.empty()) option = "--output";
+  if (option.empty()) return;
   throw InputError(c.input + ": " + option + " requires a mesh (.msh, .exo, .inp, .bdf, ...) as INPUT; in a scene give it under components");
 }
 
@@ -398,7 +386,7 @@ void run_export(const ReduceCommand& command, Report& report) {
 }
 
 void run_import(const ReduceCommand& command, Report& report) {
-  if (const char* option = given_mesh_option(command))
+  if (const std::string option = given_mesh_option(command); !option.empty())
     throw InputError(command.input + ": " + option +
                      " is not available with --import, which takes matrices as they are: leave it out");
   const std::filesystem::path input = command.input;

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <iosfwd>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -21,14 +22,9 @@ namespace cbr {
 struct ReduceCommand {
   std::string input;  // a scene, "-", or a mesh
   // With a mesh: what a scene says about its component. Empty: not given.
-  std::vector<std::string> interface_sets;
-  std::optional<Index> modes, domains;
-  std::optional<double> cutoff_hz, tolerance, youngs_modulus, poissons_ratio, density;
-  std::string pick, element, mass, basis, massless_modes, output;
-  bool recovery = false;
-  std::optional<Index> characteristic_modes, patterns;
-  std::vector<std::string> keep, pressure, statics;
-  bool shear = false;
+  std::map<std::string, std::vector<std::string>> reduction;  // by key of reduction_keys(): the words given for it
+  std::optional<double> youngs_modulus, poissons_ratio, density;
+  std::string element, mass, output;
   // With both.
   bool force = false;
   bool info = false;      // print what the file INPUT is

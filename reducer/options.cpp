@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The command line of cbr-reduce.
 #include <CLI/CLI.hpp>
+#include <cerrno>
 #include <cmath>
 #include <cstdlib>
+#include <map>
 
 #include "common/app/program.hpp"
 #include "common/base/error.hpp"
+#include "common/scene/reduction_keys.hpp"
 #include "common/scene/scene_words.hpp"
 #include "reducer/command.hpp"
 #include "reducer/exchange/export/export_superelement.hpp"
@@ -52,27 +55,95 @@ std::string parse_bytes(const std::string& text, double& bytes) {
   return valid ? "" : "'" + text + "' is not a size, give one like 500MB or 8GB";
 }
 
-bool gives_characteristic(const ReduceCommand& command) {
-  return command.characteristic_modes || command.patterns || command.shear || !command.keep.empty() || !command.pressure.empty() ||
-         !command.statics.empty();
+template <typename Number, typename Convert>
+Number converted(const std::string& option, const std::string& text, const char* what, const Convert& convert) {
+  char* end = nullptr;
+  errno = 0;
+  const Number value = convert(text.c_str(), &end);
+  if (end == text.c_str() || *end != '\0' || errno == ERANGE) throw InputError(option + ": '" + text + "' found, expected " + what);
+  return value;
 }
 
-CharacteristicOptions characteristic_of(const ReduceCommand& command, const ReductionOptions& reduction) {
-  if (!reduction.is_characteristic())
-    throw InputError(
-        "--characteristic-modes, --keep, --pressure, --patterns, --shear and --statics require --basis characteristic");
-  CharacteristicOptions options;
-  options.is_default_modes = !command.characteristic_modes;
-  options.modes = command.characteristic_modes.value_or(default_shapes(command.modes));
-  options.keep = command.keep, options.pressure = command.pressure;
-  options.shear = command.shear;
-  options.patterns = command.patterns.value_or(default_patterns(options));
-  options.no_statics = command.statics == std::vector<std::string>{"none"};
-  if (!options.no_statics) options.statics = command.statics;
-  if (options.modes < 0)
-    throw InputError("--characteristic-modes: " + std::to_string(options.modes) + " found, 0 or more is allowed");
-  if (options.patterns < 0) throw InputError("--patterns: " + std::to_string(options.patterns) + " found, 0 or more is allowed");
-  return options;
+Index whole_number_of(const std::string& option, const std::string& text, Index least) {
+  const auto convert = [](const char* from, char** end) { return std::strtoll(from, end, 10); };
+  const Index value = converted<Index>(option, text, "a whole number", convert);
+  if (value < least)
+    throw InputError(option + ": " + std::to_string(value) + " found, " + std::to_string(least) + " or more is allowed");
+  return value;
+}
+
+// Takes the words that the command line gives for one key of the table.
+struct TakeWords {
+  const std::string& option;
+  const std::vector<std::string>& words;
+  ReductionOptions& reduction;
+
+  template <typename Value>
+  void operator()(const OneWord<Value>& v) const {
+    v.field(reduction) = one_of(option, words.front(), v.words);
+  }
+  void operator()(const WholeNumber& v) const { v.field(reduction) = whole_number_of(option, words.front(), v.least); }
+  void operator()(const WholeNumberOrNone& v) const { v.field(reduction) = whole_number_of(option, words.front(), v.least); }
+  void operator()(const NumberOrNone& v) const {
+    const double value = converted<double>(option, words.front(), v.allowed.c_str(), std::strtod);
+    v.field(reduction) = number_in(option, value, v.above, v.below, v.allowed);
+  }
+  void operator()(const TrueOrFalse& v) const { v.field(reduction) = true; }
+  void operator()(const NameList& v) const {
+    const bool is_none = v.none != nullptr && words == std::vector<std::string>{"none"};
+    if (is_none) v.none(reduction) = true;
+    if (!is_none) v.field(reduction) = words;
+  }
+  void operator()(const NamesOrTrue& v) const { v.field(reduction) = true; }
+};
+
+ReductionOptions reduction_of(const ReduceCommand& command) {
+  ReductionOptions reduction;
+  reduction.source.file = "command line";
+  std::vector<std::string> given;
+  for (const ReductionKey& key : reduction_keys()) {
+    const auto found = command.reduction.find(key.key);
+    if (found == command.reduction.end()) continue;
+    if (!key.goes_with(reduction.basis))
+      throw InputError(key.option + " requires --basis " + word_of(basis_words, *key.only_with));
+    std::visit(TakeWords{key.option, found->second, reduction}, key.value);
+    given.push_back(key.key);
+  }
+  if (reduction.interface_sets.empty())
+    throw InputError("--interface is missing: name the sideset or nodeset whose nodes are kept");
+  complete(reduction, given);
+  if (!reduction.modes && !reduction.cutoff_hz && !reduction.tolerance)
+    throw InputError("--modes, --cutoff-hz or --tolerance is missing: give one of them");
+  if (reduction.tolerance && command.reduction.count("pick") > 0)
+    throw InputError("--pick requires --modes: with --tolerance the modes are chosen by participation");
+  check_massless(reduction, "command line");
+  check_characteristic(reduction, "command line");
+  return reduction;
+}
+
+void add_reduction_options(CLI::App& group, ReduceCommand& command) {
+  std::map<std::string, CLI::Option*> options;
+  for (const ReductionKey& key : reduction_keys()) {
+    if (key.option.empty()) continue;
+    auto& words = command.reduction;
+    if (key.type_name.empty()) {
+      options[key.key] = group.add_flag_function(
+          key.option, [&words, name = key.key](std::int64_t) { words[name] = {"true"}; }, key.help);
+    } else if (std::holds_alternative<NameList>(key.value)) {
+      options[key.key] = group
+                             .add_option_function<std::vector<std::string>>(
+                                 key.option, [&words, name = key.key](const auto& texts) { words[name] = texts; }, key.help)
+                             ->allow_extra_args(false)
+                             ->type_name(key.type_name);
+    } else {
+      options[key.key] = group
+                             .add_option_function<std::string>(
+                                 key.option, [&words, name = key.key](const auto& text) { words[name] = {text}; }, key.help)
+                             ->type_name(key.type_name);
+    }
+  }
+  options["cutoff_hz"]->excludes(options["modes"]);
+  options["tolerance"]->excludes(options["modes"])->excludes(options["cutoff_hz"]);
 }
 
 }  // namespace
@@ -80,24 +151,7 @@ CharacteristicOptions characteristic_of(const ReduceCommand& command, const Redu
 void add_reduce_options(CLI::App& app, ReduceCommand& command) {
   app.add_option("INPUT", command.input, "scene (YAML), - for a scene on standard input, or mesh (.msh .exo .e .g .inp .bdf .unv .vtk)")->required();
   auto* mesh = app.add_option_group("with a mesh", "description of the component; in a scene these are keys");
-  mesh->add_option("--interface", command.interface_sets,
-                   "sideset or nodeset whose nodes are kept; may be repeated. Other sets within these nodes are kept too")
-      ->allow_extra_args(false)
-      ->type_name("NAME");
-  auto* modes = mesh->add_option("--modes", command.modes, "number of fixed-interface modes, 0 or more; with --basis characteristic 80 if not given")->type_name("N");
-  auto* cutoff = mesh->add_option("--cutoff-hz", command.cutoff_hz, "keep all fixed-interface modes below this frequency")
-                     ->type_name("HZ")
-                     ->excludes(modes);
-  mesh->add_option(
-          "--tolerance", command.tolerance,
-          "choose the modes by this relative error of the ten lowest squared free frequencies, and of the interior's strain "
-          "energy under rigid accelerations of the interface")
-      ->type_name("SHARE")
-      ->excludes(modes)
-      ->excludes(cutoff);
-  mesh->add_option("--pick", command.pick,
-                   "frequency (default: the lowest modes) or participation (modes that the interface excites most)")
-      ->type_name("WORD");
+  add_reduction_options(*mesh, command);
   mesh->add_option("--youngs-modulus", command.youngs_modulus, "in consistent units, like all quantities")->type_name("E");
   mesh->add_option("--poissons-ratio", command.poissons_ratio, "between -1 and 0.5")->type_name("NU");
   mesh->add_option("--density", command.density, "mass per volume")->type_name("RHO");
@@ -105,43 +159,6 @@ void add_reduce_options(CLI::App& app, ReduceCommand& command) {
   mesh->add_option("--mass", command.mass,
                    "auto (default: consistent for hex20 and tet10, lumped for others), lumped or consistent")
       ->type_name("WORD");
-  mesh->add_option(
-          "--basis", command.basis,
-          "craig-bampton (default: all interface dofs), characteristic (few shapes of the interface) or massless (no mass on "
-          "the interface)")
-      ->type_name("WORD");
-  mesh->add_option("--massless-modes", command.massless_modes,
-                   "with massless: free (default; MacNeal), tapered (free modes with a tapered interface part, for impacts) or "
-                   "fixed (modified Craig-Bampton)")
-      ->type_name("WORD");
-  mesh->add_option(
-          "--characteristic-modes", command.characteristic_modes,
-          "with characteristic: number of modes that replace the interface's dofs, 0 or more (default: a third of --modes, "
-          "10 to 40)")
-      ->type_name("N");
-  mesh->add_option("--keep", command.keep, "with characteristic: set whose nodes keep all their dofs; may be repeated")
-      ->allow_extra_args(false)
-      ->type_name("NAME");
-  mesh->add_option(
-          "--pressure", command.pressure,
-          "with characteristic: sideset that gets static responses to patterns of pressure (default: those of --statics); may "
-          "be repeated")
-      ->allow_extra_args(false)
-      ->type_name("NAME");
-  mesh->add_option("--patterns", command.patterns, "number of patterns for each of these sidesets (default: 1, with --shear 3)")
-      ->type_name("N");
-  mesh->add_flag("--shear", command.shear,
-                 "patterns and statics in all directions, for friction (default: normal to the faces only)");
-  mesh->add_option(
-          "--statics", command.statics,
-          "with characteristic: contact sideset whose static compliance is kept in full, or none (default: all sidesets of the "
-          "interface); may be repeated")
-      ->allow_extra_args(false)
-      ->type_name("NAME");
-  mesh->add_option("--domains", command.domains, "number of domains, which are reduced separately and share nodes (default: 1)")
-      ->type_name("N");
-  mesh->add_flag("--recovery", command.recovery,
-                 "store Psi, Phi and the connectivity, to recover the interior's motion and stress");
   mesh->add_option("-o,--output", command.output,
                    "superelement file (default: name of the mesh with .cbr.h5, in the current folder)")
       ->type_name("FILE");
@@ -188,13 +205,12 @@ void add_reduce_options(CLI::App& app, ReduceCommand& command) {
 Scene scene_of_mesh(const ReduceCommand& command) {
   Scene scene;
   Component component;
-  ReductionOptions reduction;
   component.name = std::filesystem::path(command.input).stem().string();
   component.mesh = absolute(command.input);
   component.material = "material";
-  reduction.source.file = component.source.file = "command line";
+  component.source.file = "command line";
   const bool no_material = !command.youngs_modulus && !command.poissons_ratio && !command.density;
-  if (command.estimate && no_material && !command.cutoff_hz) {
+  if (command.estimate && no_material && command.reduction.count("cutoff_hz") == 0) {
     scene.materials["material"] = {1, 0, 1};  // nothing depends on it
   } else if (no_material && may_hold_materials(component.mesh)) {
     component.material.clear();  // that of the file
@@ -206,32 +222,7 @@ Scene scene_of_mesh(const ReduceCommand& command) {
   }
   if (!command.element.empty()) component.element = parse_hex8_formulation(command.element);
   component.mass = one_of("--mass", command.mass, mass_words);
-  if (command.interface_sets.empty()) throw InputError("--interface is missing: name the sideset or nodeset whose nodes are kept");
-  const bool has_default = command.basis == word_of(basis_words, Basis::characteristic);
-  if (!command.modes && !command.cutoff_hz && !command.tolerance && !has_default)
-    throw InputError("--modes, --cutoff-hz or --tolerance is missing: give one of them");
-  if (command.modes && *command.modes < 0)
-    throw InputError("--modes: " + std::to_string(*command.modes) + " found, 0 or more is allowed");
-  if (command.cutoff_hz) number_in("--cutoff-hz", command.cutoff_hz, 0, INFINITY, "a positive frequency in Hz");
-  if (command.tolerance) number_in("--tolerance", command.tolerance, 0, 1, "a number between 0 and 1 (both excluded)");
-  if (command.tolerance && !command.pick.empty())
-    throw InputError("--pick requires --modes: with --tolerance the modes are chosen by participation");
-  reduction.basis = one_of("--basis", command.basis, basis_words);
-  reduction.massless_modes = one_of("--massless-modes", command.massless_modes, massless_words);
-  if (!command.massless_modes.empty() && !reduction.is_massless()) throw InputError("--massless-modes requires --basis massless");
-  reduction.interface_sets = command.interface_sets;
-  reduction.modes = command.modes;
-  if (has_default && !command.cutoff_hz && !command.tolerance) reduction.modes = command.modes.value_or(default_modes);
-  reduction.cutoff_hz = command.cutoff_hz;
-  reduction.tolerance = command.tolerance;
-  reduction.pick = one_of("--pick", command.pick, pick_words);
-  reduction.domains = command.domains.value_or(1);
-  if (reduction.domains < 1) throw InputError("--domains: " + std::to_string(reduction.domains) + " found, 1 or more is allowed");
-  reduction.recovery = command.recovery;
-  if (reduction.is_characteristic() || gives_characteristic(command))
-    reduction.characteristic = characteristic_of(command, reduction);
-  check_massless(reduction, "command line");
-  check_characteristic(reduction, "command line");
+  ReductionOptions reduction = reduction_of(command);
   reduction.superelement = absolute(command.output.empty() ? component.name + ".cbr.h5" : command.output);
   component.reduction = reduction;
   Instance instance;

@@ -11,6 +11,7 @@
 #include "common/base/checksum.hpp"
 #include "common/base/error.hpp"
 #include "common/base/number_text.hpp"
+#include "common/scene/reduction_keys.hpp"
 #include "common/scene/scene.hpp"
 #include "common/scene/scene_words.hpp"
 #include "common/scene/staleness.hpp"
@@ -95,23 +96,25 @@ std::string characteristic_text(const CharacteristicOptions& options, const Inte
   return text + statics_text(options, needs);
 }
 
+// A line for each option, by the table; names of sets each on a line, in any order.
 std::string reduction_text(const ReductionOptions& reduction, const InterfaceNeeds& needs) {
-  const std::vector<std::string> sets = as_set(reduction.interface_sets);
-  std::string text = "basis " + word_of(basis_words, reduction.basis) + "\n";
-  if (reduction.is_massless()) text += "massless_modes " + word_of(massless_words, reduction.massless_modes) + "\n";
-  if (reduction.is_massless() && reduction.massless_modes == MasslessModes::tapered)
-    text += "falling to the next that takes part\n";  // since 1.5
-  if (reduction.is_characteristic()) text += characteristic_text(reduction.characteristic, needs);
-  for (const auto& set : sets) text += "interface " + counted(set) + "\n";
-  if (reduction.modes) text += "modes " + std::to_string(*reduction.modes) + "\n";
-  if (reduction.cutoff_hz) text += "cutoff_hz " + number_text(*reduction.cutoff_hz) + "\n";
-  if (reduction.tolerance) text += "tolerance " + number_text(*reduction.tolerance) + "\n";
-  text += "pick " + word_of(pick_words, reduction.pick) + "\n";
-  text += "domains " + std::to_string(reduction.domains) + "\n";
-  if (reduction.second_modes) text += "second modes " + std::to_string(*reduction.second_modes) + "\n";
-  if (reduction.second_cutoff_hz) text += "second cutoff_hz " + number_text(*reduction.second_cutoff_hz) + "\n";
-  text += std::string("recovery ") + (reduction.recovery ? "true" : "false") + "\n";
-  for (const auto& set : as_set(reduction.recovery_sets)) text += "recovery of " + counted(set) + "\n";
+  std::string text;
+  for (const ReductionKey& key : reduction_keys()) {
+    if (key.key == "characteristic.modes" && reduction.is_characteristic())
+      text += characteristic_text(reduction.characteristic, needs);
+    if (key.hash.empty() || !key.goes_with(reduction.basis)) continue;
+    if (const auto* some = std::get_if<NamesOrTrue>(&key.value)) {
+      ReductionOptions copy = reduction;
+      text += key.hash + (some->field(copy) ? " true\n" : " false\n");
+      for (const auto& set : as_set(some->names(copy))) text += key.hash + " of " + counted(set) + "\n";
+    } else if (std::holds_alternative<NameList>(key.value)) {
+      for (const auto& set : as_set(words_of(key, reduction))) text += key.hash + " " + counted(set) + "\n";
+    } else {
+      for (const auto& word : words_of(key, reduction)) text += key.hash + " " + word + "\n";
+    }
+    if (key.key == "massless_modes" && reduction.massless_modes == MasslessModes::tapered)
+      text += "falling to the next that takes part\n";  // since 1.5
+  }
   return text;
 }
 

@@ -9,22 +9,13 @@
 #include "common/base/number_text.hpp"
 #include "common/files/hdf5_file.hpp"
 #include "common/scene/component_mass.hpp"
+#include "common/scene/reduction_keys.hpp"
 #include "common/scene/scene_words.hpp"
 
 namespace cbr {
 namespace {
 
 using Provenance = std::map<std::string, std::string>;
-
-void add(const CharacteristicOptions& options, Provenance& p) {
-  p["characteristic.modes"] = std::to_string(options.modes);
-  if (!options.keep.empty()) p["characteristic.keep"] = join(options.keep);
-  if (!options.pressure.empty()) p["characteristic.pressure"] = join(options.pressure);
-  if (!options.statics.empty()) p["characteristic.statics"] = join(options.statics);
-  if (options.no_statics) p["characteristic.statics"] = "none";
-  p["characteristic.patterns"] = std::to_string(options.patterns);
-  p["characteristic.shear"] = options.shear ? "true" : "false";
-}
 
 Provenance provenance_of(const Hdf5Reader& file) {
   Provenance p;
@@ -123,17 +114,12 @@ Provenance option_provenance(const Component& component, MassKind mass) {
   const ReductionOptions& reduction = *component.reduction;
   Provenance p;
   p["mass"] = word_of(mass_words, std::optional(mass));
-  if (reduction.is_massless()) p["massless_modes"] = word_of(massless_words, reduction.massless_modes);
-  if (reduction.is_characteristic()) add(reduction.characteristic, p);
-  p["interface"] = join(reduction.interface_sets);
-  if (reduction.modes) p["modes"] = std::to_string(*reduction.modes);
-  if (reduction.cutoff_hz) p["cutoff_hz"] = number_text(*reduction.cutoff_hz);
-  if (reduction.tolerance) p["tolerance"] = number_text(*reduction.tolerance);
-  p["pick"] = reduction.tolerance ? "tolerance" : word_of(pick_words, reduction.pick);
-  p["domains"] = std::to_string(reduction.domains);
-  if (reduction.second_modes) p["second_modes"] = std::to_string(*reduction.second_modes);
-  if (reduction.second_cutoff_hz) p["second_cutoff_hz"] = number_text(*reduction.second_cutoff_hz);
-  p["recovery"] = !reduction.recovery_sets.empty() ? join(reduction.recovery_sets) : reduction.recovery ? "true" : "false";
+  for (const ReductionKey& key : reduction_keys()) {
+    if (key.provenance.empty() || !key.goes_with(reduction.basis)) continue;
+    const std::vector<std::string> words = words_of(key, reduction);
+    if (!words.empty() || key.key == "interface") p[key.provenance] = join(words);
+  }
+  if (reduction.tolerance) p["pick"] = "tolerance";
   return p;
 }
 

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "common/base/error.hpp"
+#include "common/scene/reduction_keys.hpp"
 #include "common/scene/scene_words.hpp"
 #include "common/scene/yaml/scene_parse.hpp"
 
@@ -115,84 +116,88 @@ Component::BlockOptions parse_block(const SceneNode& node, const Scene& scene) {
   return block;
 }
 
-void parse_second_reduction(const SceneNode& node, ReductionOptions& reduction) {
-  const SceneMap map = node.map({"modes", "cutoff_hz"});
-  if (!reduction.is_decomposed()) node.fail("needs 'domains' above 1: it reduces the domains once more, put together");
-  if (reduction.tolerance)
-    node.fail("is not available with tolerance, which cannot bound its error: use modes or cutoff_hz instead");
-  if (map.exactly_one({"modes", "cutoff_hz"}) == "modes") {
-    reduction.second_modes = map.at("modes").index(0);
-  } else {
-    reduction.second_cutoff_hz = map.at("cutoff_hz").positive();
+// Reads the value of one key of the table.
+struct ReadValue {
+  const SceneNode& node;
+  ReductionOptions& reduction;
+
+  template <typename Value>
+  void operator()(const OneWord<Value>& v) const {
+    v.field(reduction) = node.one_of(v.words);
   }
+  void operator()(const WholeNumber& v) const { v.field(reduction) = node.index(v.least); }
+  void operator()(const WholeNumberOrNone& v) const { v.field(reduction) = node.index(v.least); }
+  void operator()(const NumberOrNone& v) const {
+    v.field(reduction) = std::isfinite(v.below) ? node.in_open_range(v.above, v.below) : node.positive();
+  }
+  void operator()(const TrueOrFalse& v) const { v.field(reduction) = node.boolean(); }
+  void operator()(const NameList& v) const {
+    const bool is_none = v.none != nullptr && node.is_scalar() && node.text() == "none";
+    if (v.none != nullptr) v.none(reduction) = is_none;
+    if (!is_none) v.field(reduction) = node.names();
+    if (v.none != nullptr && !is_none && v.field(reduction).empty())
+      node.fail("is empty, expected sidesets of the interface, or none");
+  }
+  void operator()(const NamesOrTrue& v) const {
+    if (node.is_scalar()) {
+      v.field(reduction) = node.boolean();
+      return;
+    }
+    v.names(reduction) = node.names();
+    if (v.names(reduction).empty()) node.fail("is empty, expected sets or element blocks of the mesh, or true");
+    v.field(reduction) = true;
+  }
+};
+
+// Keys with a dot are those of a map of their own.
+std::vector<std::string> read_reduction_keys(const SceneMap& map, ReductionOptions& reduction) {
+  std::vector<std::string> given;
+  for (const ReductionKey& key : reduction_keys()) {
+    const auto dot = key.key.find('.');
+    const SceneNode* node = map.find(key.key.substr(0, dot));
+    if (node == nullptr) continue;
+    if (!key.goes_with(reduction.basis)) node->fail("requires basis: " + word_of(basis_words, *key.only_with));
+    if (dot == std::string::npos) {
+      std::visit(ReadValue{*node, reduction}, key.value);
+    } else {
+      const SceneMap inside = node->map(keys_of_reduction(key.key.substr(0, dot)));
+      const SceneNode* value = inside.find(key.key.substr(dot + 1));
+      if (value == nullptr) continue;
+      std::visit(ReadValue{*value, reduction}, key.value);
+    }
+    given.push_back(key.key);
+  }
+  return given;
 }
 
-CharacteristicOptions parse_characteristic(const SceneNode& node) {
-  const SceneMap map = node.map({"modes", "keep", "pressure", "patterns", "shear", "statics"});
-  CharacteristicOptions options;
-  if (const auto* modes = map.find("modes")) options.modes = modes->index(0);
-  options.is_default_modes = map.find("modes") == nullptr;
-  if (const auto* keep = map.find("keep")) options.keep = keep->names();
-  if (const auto* pressure = map.find("pressure")) options.pressure = pressure->names();
-  if (const auto* shear = map.find("shear")) options.shear = shear->boolean();
-  options.patterns = default_patterns(options);
-  if (const auto* patterns = map.find("patterns")) options.patterns = patterns->index(0);
-  const auto* statics = map.find("statics");
-  if (statics == nullptr) return options;
-  options.no_statics = statics->is_scalar() && statics->text() == "none";
-  if (!options.no_statics) options.statics = statics->names();
-  if (!options.no_statics && options.statics.empty()) statics->fail("is empty, expected sidesets of the interface, or none");
-  return options;
-}
-
-// true, false, or sets and element blocks of the mesh.
-void parse_recovery(const SceneNode& node, ReductionOptions& reduction) {
-  if (!node.is_scalar()) {
-    reduction.recovery_sets = node.names();
-    if (reduction.recovery_sets.empty()) node.fail("is empty, expected sets or element blocks of the mesh, or true");
-    reduction.recovery = true;
-    return;
+// What the keys mean for each other.
+void check_reduction(const SceneMap& map, const ReductionOptions& reduction) {
+  const bool has_default = reduction.is_characteristic() && !reduction.modes && !reduction.cutoff_hz && !reduction.tolerance;
+  if (!has_default) map.exactly_one({"modes", "cutoff_hz", "tolerance"});
+  if (const auto* pick = map.find("pick"); pick != nullptr && reduction.tolerance)
+    pick->fail("requires modes: with a tolerance the modes are chosen by participation");
+  if (const auto* second = map.find("second_reduction")) {
+    if (!reduction.is_decomposed()) second->fail("needs 'domains' above 1: it reduces the domains once more, put together");
+    if (reduction.tolerance)
+      second->fail("is not available with tolerance, which cannot bound its error: use modes or cutoff_hz instead");
+    second->map(keys_of_reduction("second_reduction")).exactly_one(keys_of_reduction("second_reduction"));
   }
-  reduction.recovery = node.boolean();
+  if (!reduction.recovery_sets.empty() && reduction.is_decomposed())
+    map.at("recovery").fail("of some sets requires domains: 1; or give true");
+  if (const auto* loads = map.find("loads"); loads != nullptr && reduction.is_decomposed())
+    loads->fail("requires domains: 1; or add the sets to the interface");
 }
 
 ReductionOptions parse_reduction(const SceneNode& node, const std::filesystem::path& folder, const std::string& component) {
-  const SceneMap map = node.map({"basis", "massless_modes", "characteristic", "interface", "modes", "cutoff_hz", "tolerance",
-                                 "pick", "domains", "second_reduction", "recovery", "loads", "superelement"});
+  std::vector<std::string> allowed = keys_of_reduction();
+  allowed.push_back("superelement");
+  const SceneMap map = node.map(allowed);
   ReductionOptions reduction;
   reduction.source = node.source();
-  if (const auto* basis = map.find("basis")) reduction.basis = basis->one_of(basis_words);
-  if (const auto* modes = map.find("massless_modes")) {
-    reduction.massless_modes = modes->one_of(massless_words);
-    if (!reduction.is_massless()) modes->fail("requires basis: massless");
-  }
-  if (const auto* characteristic = map.find("characteristic")) {
-    if (!reduction.is_characteristic()) characteristic->fail("requires basis: characteristic");
-    reduction.characteristic = parse_characteristic(*characteristic);
-  }
-  reduction.interface_sets = map.at("interface").names();
-  const bool is_any = map.find("modes") != nullptr || map.find("cutoff_hz") != nullptr || map.find("tolerance") != nullptr;
-  const bool is_default = reduction.is_characteristic() && !is_any;
-  const std::string selection = is_default ? "" : map.exactly_one({"modes", "cutoff_hz", "tolerance"});
-  if (is_default) reduction.modes = default_modes;
-  if (selection == "modes") reduction.modes = map.at("modes").index(0);
-  if (selection == "cutoff_hz") reduction.cutoff_hz = map.at("cutoff_hz").positive();
-  if (selection == "tolerance") reduction.tolerance = map.at("tolerance").in_open_range(0, 1);
-  if (map.find("characteristic") == nullptr) reduction.characteristic.is_default_modes = true;
-  if (reduction.characteristic.is_default_modes) reduction.characteristic.modes = default_shapes(reduction.modes);
-  if (const auto* pick = map.find("pick")) {
-    if (reduction.tolerance) pick->fail("requires modes: with a tolerance the modes are chosen by participation");
-    reduction.pick = pick->one_of(pick_words);
-  }
-  if (const auto* domains = map.find("domains")) reduction.domains = domains->index(1);
-  if (const auto* second = map.find("second_reduction")) parse_second_reduction(*second, reduction);
-  if (const auto* recovery = map.find("recovery")) parse_recovery(*recovery, reduction);
-  if (!reduction.recovery_sets.empty() && reduction.is_decomposed())
-    map.at("recovery").fail("of some sets requires domains: 1; or give true");
-  if (const auto* loads = map.find("loads")) {
-    reduction.loads = loads->names();
-    if (reduction.is_decomposed()) loads->fail("requires domains: 1; or add the sets to the interface");
-  }
+  map.at("interface");
+  const std::vector<std::string> given = read_reduction_keys(map, reduction);
+  check_reduction(map, reduction);
+  complete(reduction, given);
   check_massless(reduction, node.source().text() + ": " + node.path());
   check_characteristic(reduction, node.source().text() + ": " + node.path());
   const auto* file = map.find("superelement");

@@ -5,6 +5,7 @@
 
 #include "common/base/error.hpp"
 #include "common/base/number_text.hpp"
+#include "common/scene/reduction_keys.hpp"
 #include "common/scene/scene.hpp"
 #include "common/scene/scene_words.hpp"
 
@@ -76,16 +77,41 @@ class FlowMap {
 
 std::string path(const std::filesystem::path& file) { return word(std::filesystem::absolute(file).lexically_normal().string()); }
 
-void write_characteristic(const CharacteristicOptions& options, std::ostream& out) {
-  FlowMap map;
-  map.add_if(!options.is_default_modes, "modes", std::to_string(options.modes));
-  map.add_if(!options.keep.empty(), "keep", words(options.keep));
-  map.add_if(!options.pressure.empty(), "pressure", words(options.pressure));
-  map.add("patterns", std::to_string(options.patterns));
-  map.add_if(options.shear, "shear", "true");
-  map.add_if(options.no_statics, "statics", "none");
-  map.add_if(!options.statics.empty(), "statics", words(options.statics));
-  out << "      characteristic: " << map.text() << "\n";
+// What the table says of the options, a map of their own on one line. Patterns, pick, domains and recovery always, so that the
+// scene says what is done.
+bool is_written(const ReductionKey& key, const ReductionOptions& reduction) {
+  if (!key.goes_with(reduction.basis)) return false;
+  if (key.key == "characteristic.modes") return !reduction.characteristic.is_default_modes;
+  if (key.key == "characteristic.shear") return reduction.characteristic.shear;
+  if (key.key == "pick") return !reduction.tolerance;
+  return key.key == "interface" || !words_of(key, reduction).empty();
+}
+
+std::string written(const ReductionKey& key, const ReductionOptions& reduction) {
+  const std::vector<std::string> found = words_of(key, reduction);
+  const auto* sets = std::get_if<NameList>(&key.value);
+  const auto* some = std::get_if<NamesOrTrue>(&key.value);
+  ReductionOptions copy = reduction;
+  const bool are_names = (sets != nullptr && !(sets->none != nullptr && sets->none(copy))) ||
+                         (some != nullptr && !some->names(copy).empty());
+  return are_names ? words(found) : found.front();
+}
+
+void write_reduction(const ReductionOptions& reduction, std::ostream& out) {
+  out << "    reduction:\n";
+  for (const std::string& name : keys_of_reduction()) {
+    FlowMap map;
+    bool has_map = false;
+    for (const ReductionKey& key : reduction_keys()) {
+      const auto dot = key.key.find('.');
+      if (key.key.substr(0, dot) != name || !is_written(key, reduction)) continue;
+      has_map = dot != std::string::npos;
+      if (has_map) map.add(key.key.substr(dot + 1), written(key, reduction));
+      if (!has_map) out << "      " << name << ": " << written(key, reduction) << "\n";
+    }
+    if (has_map) out << "      " << name << ": " << map.text() << "\n";
+  }
+  out << "      superelement: " << path(reduction.superelement) << "\n";
 }
 
 void write_component(const Component& component, std::ostream& out) {
@@ -112,25 +138,7 @@ void write_component(const Component& component, std::ostream& out) {
     if (point.at) map.add("at", vector(*point.at));
     out << "      " << word(name) << ": " << map.text() << "\n";
   }
-  if (!component.reduction) return;
-  const ReductionOptions& reduction = *component.reduction;
-  out << "    reduction:\n";
-  out << "      basis: " << word_of(basis_words, reduction.basis) << "\n";
-  if (reduction.is_massless()) out << "      massless_modes: " << word_of(massless_words, reduction.massless_modes) << "\n";
-  if (reduction.is_characteristic()) write_characteristic(reduction.characteristic, out);
-  out << "      interface: " << words(reduction.interface_sets) << "\n";
-  if (reduction.modes) out << "      modes: " << *reduction.modes << "\n";
-  if (reduction.cutoff_hz) out << "      cutoff_hz: " << number_text(*reduction.cutoff_hz) << "\n";
-  if (reduction.tolerance) out << "      tolerance: " << number_text(*reduction.tolerance) << "\n";
-  if (!reduction.tolerance) out << "      pick: " << word_of(pick_words, reduction.pick) << "\n";
-  out << "      domains: " << reduction.domains << "\n";
-  if (reduction.second_modes) out << "      second_reduction: {modes: " << *reduction.second_modes << "}\n";
-  if (reduction.second_cutoff_hz)
-    out << "      second_reduction: {cutoff_hz: " << number_text(*reduction.second_cutoff_hz) << "}\n";
-  const std::string sets = words(reduction.recovery_sets);
-  out << "      recovery: " << (!reduction.recovery_sets.empty() ? sets : reduction.recovery ? "true" : "false") << "\n";
-  if (!reduction.loads.empty()) out << "      loads: " << words(reduction.loads) << "\n";
-  out << "      superelement: " << path(reduction.superelement) << "\n";
+  if (component.reduction) write_reduction(*component.reduction, out);
 }
 
 void write_instance(const Instance& instance, std::ostream& out) {

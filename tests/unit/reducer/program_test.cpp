@@ -344,19 +344,18 @@ TEST_F(Program, EstimateReducesNothing) {
   };
   ReduceCommand mesh;
   mesh.input = path("box.msh");
-  mesh.interface_sets = {"x_max"};
-  mesh.modes = 4;
+  mesh.reduction = {{"interface", {"x_max"}}, {"modes", {"4"}}};
   EXPECT_NE(table_of(mesh).find("| 17 "), std::string::npos);  // without a material
   ReduceCommand in_scene;
   in_scene.input = scene("{interface: [x_max], modes: 4}");
   EXPECT_NE(table_of(in_scene).find("| 17 "), std::string::npos);
   EXPECT_FALSE(fs::exists(path("box.cbr.h5")));
-  mesh.interface_sets = {"x_mx"};
+  mesh.reduction["interface"] = {"x_mx"};
   EXPECT_THROW(table_of(mesh), InputError);
-  mesh.interface_sets = {"x_max"};
-  mesh.modes.reset();
+  mesh.reduction["interface"] = {"x_max"};
+  mesh.reduction.erase("modes");
   EXPECT_THROW(table_of(mesh), InputError);
-  mesh.cutoff_hz = 10;
+  mesh.reduction["cutoff_hz"] = {"10"};
   EXPECT_THROW(table_of(mesh), InputError);  // Weyl's law needs a material
 }
 
@@ -400,7 +399,7 @@ TEST_F(Program, RefusesWithTheCure) {
   EXPECT_NE(message_of(mesh_arguments({"--basis", "massles"})).find("massless"), std::string::npos);
   EXPECT_NE(message_of(mesh_arguments({"--basis", "characteristic", "--statics", "x_mx"})).find("did you mean 'x_max'"),
             std::string::npos);
-  EXPECT_NE(message_of(mesh_arguments({"--keep", "x_max"})).find("require --basis characteristic"), std::string::npos);
+  EXPECT_NE(message_of(mesh_arguments({"--keep", "x_max"})).find("--keep requires --basis characteristic"), std::string::npos);
   EXPECT_NE(message_of(mesh_arguments({"--domains", "0"})).find("1 or more"), std::string::npos);
   EXPECT_NE(message_of(mesh_arguments({"--domains", "1000"})).find("at most that many"), std::string::npos);
   EXPECT_NE(message_of(mesh_arguments({"--interface", "x_mx"})).find("x_max"), std::string::npos);
