@@ -298,7 +298,7 @@ class Builder {
     if (instance.as == InstanceKind::superelement) {
       if (!reduced_.count(component.name)) reduced_[component.name] = read_reduced_component(index_, component, options_, report_);
     } else if (!meshed_.count(component.name)) {
-      meshed_[component.name] = read_meshed_component(scene_, component, options_, report_);
+      meshed_[component.name] = read_meshed_component(index_, component, options_, report_);
     }
   }
 

@@ -147,9 +147,9 @@ std::shared_ptr<const StaticsForm> BodyMaker::truncated(const Instance& instance
 }
 
 InstanceBody BodyMaker::make_modal(const Instance& instance, const ReducedComponent& component) {
-  if (scales_from_matrices(index_, instance, component, component.form != nullptr))
-    return make_scaled_from_matrices(instance, component);
-  const std::shared_ptr<const DiagonalForm> form = index_.is_held(instance) ? held_form(instance, component) : component.form;
+  const MotionPlan& plan = component.plans.at(instance.name);
+  if (plan.from_matrices) return make_scaled_from_matrices(instance, component);
+  const std::shared_ptr<const DiagonalForm> form = plan.is_held ? held_form(instance, component) : component.form;
   if (scene_.time->mass_scaling && index_.may_touch(instance)) {
     std::shared_ptr<ScaledModel>& model = scaled_[form.get()];
     if (!model) model = scaled_model(component.superelement, form);
@@ -164,7 +164,7 @@ InstanceBody BodyMaker::make_modal(const Instance& instance, const ReducedCompon
 }
 
 InstanceBody BodyMaker::make_turning(const Instance& instance, const ReducedComponent& component) {
-  require_turning(index_, instance, component);
+  require_turning(instance, component);
   InstanceBody made = component.statics ? make_with_statics(instance, component) : make_modal(instance, component);
   auto* statics = dynamic_cast<StaticsBody*>(made.body.get());
   SuperelementBody& modal = statics ? statics->modal() : dynamic_cast<SuperelementBody&>(*made.body);
@@ -210,15 +210,13 @@ InstanceBody BodyMaker::driven(const Instance& instance, InstanceBody held) cons
 InstanceBody BodyMaker::make_held(const Instance& instance, const ReducedComponent& component) {
   if (turns(index_, instance)) return make_turning(instance, component);
   if (component.statics) return make_with_statics(instance, component);
-  const bool stored = component.form != nullptr;
-  if (coordinates_of_reduced(index_, instance, component, stored) == Coordinates::coupled)
-    return make_coupled(instance, *component.geometry, shelled(instance, component));
-  return has_shells(scene_, instance, *component.geometry) ? make_modal_with_shells(instance, component)
-                                                           : make_modal(instance, component);
+  const MotionPlan& plan = component.plans.at(instance.name);
+  if (!plan.is_modal()) return make_coupled(instance, *component.geometry, shelled(instance, component));
+  return plan.has_shells ? make_modal_with_shells(instance, component) : make_modal(instance, component);
 }
 
 InstanceBody BodyMaker::make_mesh_modes(const Instance& instance, const MeshedComponent& component) const {
-  if (has_shells(scene_, instance, *component.geometry))
+  if (component.plans.at(instance.name).has_shells)
     throw InputError(scene_.skin->source.text() + ": skin: instance '" + instance.name +
                      "' (as: mesh) cannot carry shells that act with --modes or --sweep: use as: superelement");
   auto modes = std::make_shared<MeshModes>(
@@ -230,7 +228,7 @@ InstanceBody BodyMaker::make_mesh_modes(const Instance& instance, const MeshedCo
 
 InstanceBody BodyMaker::make_held(const Instance& instance, const MeshedComponent& component) {
   if (component.modes) return make_mesh_modes(instance, component);
-  if (coordinates_of_mesh(scene_, instance, *component.geometry) == Coordinates::coupled)
+  if (component.plans.at(instance.name).coordinates == Coordinates::coupled)
     return make_coupled(instance, *component.geometry, shelled(instance, component));
   auto body = std::make_unique<MeshBody>(instance.name, component.model, placement_of(index_, instance),
                                          held_directions(index_, instance, *component.geometry), threads_);

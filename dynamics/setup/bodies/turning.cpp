@@ -76,10 +76,9 @@ void refuse_what_does_not_turn(const SceneIndex& index) {
   refuse_what_acts(index);
 }
 
-void require_turning(const SceneIndex& index, const Instance& instance, const ReducedComponent& component) {
+void require_turning(const Instance& instance, const ReducedComponent& component) {
   if (component.parts.size() != 1) refuse(instance, "time.rotations: large does not turn superelements of several domains");
-  if (!component.statics &&
-      coordinates_of_reduced(index, instance, component, component.form != nullptr) != Coordinates::modal)
+  if (!component.statics && !component.plans.at(instance.name).is_modal())
     refuse(instance, "time.rotations: large needs a superelement with its diagonal form");
   const Index n_rigid = component.statics ? component.statics->modal.n_rigid : component.form->n_rigid;
   if (n_rigid != 6)

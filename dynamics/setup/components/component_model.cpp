@@ -18,9 +18,6 @@
 namespace cbr {
 namespace {
 
-// Up to here a diagonal form that is not stored is made for a run that could do without: seconds, and every step gains.
-constexpr Index small_enough_to_diagonalise = 1500;
-
 std::string scene_argument(const Scene& scene) { return scene.file == "-" ? "SCENE" : scene.file.string(); }
 
 void require_current(const Scene& scene, const Component& component, const ReductionOptions& reduction) {
@@ -81,15 +78,12 @@ struct Needs {
   bool diagonal = false;  // the form as it is stored
 };
 
-Needs needs_of(const SceneIndex& index, const Component& component, const ReducedComponent& reduced, bool has_diagonal_form) {
+Needs needs_of(const SceneIndex& index, const MotionPlans& plans) {
   Needs needs;
-  for (const Instance* instance : instances_of(index.scene(), component, InstanceKind::superelement)) {
-    const bool modal = coordinates_of_reduced(index, *instance, reduced, has_diagonal_form) == Coordinates::modal;
-    const bool as_stored =
-        modal && has_diagonal_form && !index.is_held(*instance) && !has_shells(index.scene(), *instance, *reduced.geometry);
-    needs.modal |= modal;
-    needs.diagonal |= as_stored;
-    needs.matrices |= !as_stored || index.is_nodal(*instance);
+  for (const auto& [name, plan] : plans) {
+    needs.modal |= plan.is_modal();
+    needs.diagonal |= plan.as_stored;
+    needs.matrices |= !plan.as_stored || index.is_nodal(index.scene().instances[index.place(name)]);
   }
   return needs;
 }
@@ -161,7 +155,10 @@ ReducedComponent of_one(const SceneIndex& index, const Component& component, con
   const bool stored = !options.half_modes && stores_diagonal_form(file);
   const bool recovery = needs_recovery(index.scene(), component, *reduced.geometry);
   SuperelementParts parts{true, false, superelement->is_characteristic() && recovery};
-  if (superelement->has_interface_matrices()) parts = parts_to_read(needs_of(index, component, reduced, stored), recovery);
+  reduced.plans = plan_superelements(
+      index, component.name,
+      {*reduced.geometry, reduced.n_dofs, stored, superelement->is_characteristic(), options.diagonal_limit});
+  if (superelement->has_interface_matrices()) parts = parts_to_read(needs_of(index, reduced.plans), recovery);
   *superelement = read_superelement(file, parts);
   check_rigid_motions(*superelement, file.string());
   if (options.half_modes) {
@@ -184,7 +181,10 @@ ReducedComponent of_group(const SceneIndex& index, const Component& component, c
   reduced.left_out = left_out_in(group.provenance);
   for (const Superelement& domain : group.domains) reduced.n_modal += domain.k();
   reduced.n_dofs = reduced.n_modal + 3 * nodes.coordinates.rows();
-  const Needs needs = needs_of(index, component, reduced, !options.half_modes && stores_diagonal_form(file));
+  const bool stored = !options.half_modes && stores_diagonal_form(file);
+  reduced.plans =
+      plan_superelements(index, component.name, {*reduced.geometry, reduced.n_dofs, stored, false, options.diagonal_limit});
+  const Needs needs = needs_of(index, reduced.plans);
   group = read_superelement_group(file, parts_to_read(needs, needs_recovery(index.scene(), component, *reduced.geometry)));
   for (std::size_t d = 0; d < group.domains.size(); ++d)
     check_rigid_motions(group.domains[d], file.string() + ": /domains/" + std::to_string(d + 1));
@@ -203,15 +203,6 @@ ReducedComponent of_group(const SceneIndex& index, const Component& component, c
   for (std::size_t d = 0; d < group.domains.size(); ++d)
     add_part(std::make_shared<Superelement>(std::move(group.domains[d])), nodes.place[d], reduced);
   return reduced;
-}
-
-bool moves_freely_in_diagonal_form(const SceneIndex& index, const Component& component, const ReducedComponent& reduced) {
-  const auto instances = instances_of(index.scene(), component, InstanceKind::superelement);
-  return std::any_of(instances.begin(), instances.end(), [&](const Instance* i) {
-    const bool stored = reduced.superelement && reduced.superelement->has_diagonal_form();
-    return coordinates_of_reduced(index, *i, reduced, stored) == Coordinates::modal && !index.is_held(*i) &&
-           !has_shells(index.scene(), *i, *reduced.geometry) && !scales_from_matrices(index, *i, reduced, stored);
-  });
 }
 
 void tell_accuracy(const Superelement& s, Report& report) {
@@ -246,47 +237,12 @@ void tell_conditioning(const Component& component, const ReducedComponent& reduc
 }
 
 // Shells are put beside K_cc and M_cc.
-void refuse_shells(const Scene& scene, const Instance& instance, const std::string& basis, const Geometry& geometry) {
-  if (!has_shells(scene, instance, geometry)) return;
+void refuse_shells(const Scene& scene, const Instance& instance, const std::string& basis, const MotionPlans& plans) {
+  if (!plans.at(instance.name).has_shells) return;
   throw InputError(scene.skin->source.text() + ": skin: instance '" + instance.name + "' (basis: " + basis +
                    ") cannot carry shells that act: leave it out of skin.surfaces, or reduce it with basis: "
                    "craig-bampton");
 }
-
-// The form is all that there is.
-bool has_only_modes(const ReducedComponent& component) {
-  return component.superelement && component.superelement->is_characteristic();
-}
-
-}  // namespace
-
-bool has_shells(const Scene& scene, const Instance& instance, const Geometry& geometry) {
-  return skin_acts(scene) && skin_faces(scene, instance.name, geometry).rows() > 0;
-}
-
-bool scales_from_matrices(const SceneIndex& index, const Instance& instance, const ReducedComponent& component,
-                          bool has_diagonal_form) {
-  if (has_only_modes(component)) return false;
-  const bool stored = has_diagonal_form && !index.is_held(instance);
-  return index.scene().time->mass_scaling && index.may_touch(instance) && !stored &&
-         component.n_dofs > small_enough_to_diagonalise && !has_shells(index.scene(), instance, *component.geometry);
-}
-
-Coordinates coordinates_of_reduced(const SceneIndex& index, const Instance& instance, const ReducedComponent& component,
-                                   bool has_diagonal_form) {
-  if (index.scene().time->integrator == Integrator::exact || has_only_modes(component)) return Coordinates::modal;
-  if (has_shells(index.scene(), instance, *component.geometry)) return Coordinates::coupled;
-  const auto& limit = component.options.diagonal_limit;
-  const bool stored = has_diagonal_form && !index.is_held(instance) && !limit;
-  return stored || component.n_dofs <= limit.value_or(small_enough_to_diagonalise) ? Coordinates::modal : Coordinates::coupled;
-}
-
-Coordinates coordinates_of_mesh(const Scene& scene, const Instance& instance, const Geometry& geometry) {
-  const bool coupled = scene.time->integrator == Integrator::newmark || scene.time->is_static || has_shells(scene, instance, geometry);
-  return coupled ? Coordinates::coupled : Coordinates::nodal;
-}
-
-namespace {
 
 void check_reduced(const Scene& scene, const Component& component, Report& report) {
   if (!component.reduction) {
@@ -322,14 +278,14 @@ ReducedComponent read_reduced(const SceneIndex& index, const Component& componen
   if (reduced.superelement && !reduced.superelement->has_interface_matrices()) {
     const auto phase = report.phase("setup");
     for (const Instance* instance : instances_of(index.scene(), component, InstanceKind::superelement))
-      refuse_shells(index.scene(), *instance, reduced.superelement->basis, *reduced.geometry);
+      refuse_shells(index.scene(), *instance, reduced.superelement->basis, reduced.plans);
     const bool has_statics = !reduced.superelement->characteristic.statics.node.empty();
     if (reduced.superelement->is_massless() || has_statics) {
       reduced.statics = free_statics_form(reduced.superelement, file);
     } else {
       reduced.form = std::make_shared<DiagonalForm>(free_characteristic_form(*reduced.superelement, file));
     }
-  } else if (moves_freely_in_diagonal_form(index, component, reduced)) {
+  } else if (std::any_of(reduced.plans.begin(), reduced.plans.end(), [](const auto& p) { return p.second.moves_freely_in_form(); })) {
     const auto phase = report.phase("setup");
     reduced.form =
         std::make_shared<DiagonalForm>(free_diagonal_form(*reduced.superelement, component.reduction->superelement.string()));
@@ -346,7 +302,8 @@ void warn_of_two_masses(const Scene& scene, const Component& component, const Me
                  "mass: lumped, or consistent, to compare the two");
 }
 
-MeshedComponent read_meshed(const Scene& scene, const Component& component, const BuildOptions& options, Report& report) {
+MeshedComponent read_meshed(const SceneIndex& index, const Component& component, const BuildOptions& options, Report& report) {
+  const Scene& scene = index.scene();
   MeshedComponent meshed;
   meshed.modes = options.mesh_modes;
   {
@@ -365,9 +322,9 @@ MeshedComponent read_meshed(const Scene& scene, const Component& component, cons
     report.warning("component '" + component.name + "': " + text);
   meshed.body_node = fe->row;
   meshed.geometry = std::make_shared<Geometry>(cbr::geometry_of(*meshed.mesh, *fe));
-  const auto instances = instances_of(scene, component, InstanceKind::mesh);
-  if (!meshed.modes && std::any_of(instances.begin(), instances.end(),
-                  [&](const Instance* i) { return coordinates_of_mesh(scene, *i, *meshed.geometry) == Coordinates::nodal; }))
+  meshed.plans = plan_meshes(index, component.name, *meshed.geometry);
+  const auto is_nodal = [](const auto& plan) { return plan.second.coordinates == Coordinates::nodal; };
+  if (!meshed.modes && std::any_of(meshed.plans.begin(), meshed.plans.end(), is_nodal))
     meshed.model = std::make_shared<MeshModel>(naming(component.mesh, [&] {
       return mass_of_mesh(component) == MassKind::lumped
                  ? mesh_model(*fe, meshed.geometry->coordinates, true, MeshForces(*fe, *meshed.mesh, meshed.properties))
@@ -387,8 +344,9 @@ ReducedComponent read_reduced_component(const SceneIndex& index, const Component
   return naming(component, [&] { return read_reduced(index, component, options, report); });
 }
 
-MeshedComponent read_meshed_component(const Scene& scene, const Component& component, const BuildOptions& options, Report& report) {
-  return naming(component, [&] { return read_meshed(scene, component, options, report); });
+MeshedComponent read_meshed_component(const SceneIndex& index, const Component& component, const BuildOptions& options,
+                                      Report& report) {
+  return naming(component, [&] { return read_meshed(index, component, options, report); });
 }
 
 }  // namespace cbr

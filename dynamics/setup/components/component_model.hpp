@@ -18,6 +18,7 @@
 #include "dynamics/motion/modal/forms/statics_form.hpp"
 #include "dynamics/motion/nodal/mesh_body.hpp"
 #include "dynamics/setup/components/geometry.hpp"
+#include "dynamics/setup/components/motion_plan.hpp"
 #include "dynamics/setup/components/scene_index.hpp"
 
 namespace cbr {
@@ -56,6 +57,7 @@ struct ReducedComponent {
   std::string left_out;                      // blocks of the mesh that cbr-reduce did not compute with
   std::optional<Conditioning> conditioning;  // of the domains together; that of a superelement, or a domain, is in `parts`
   Index n_modal = 0, n_dofs = 0;
+  MotionPlans plans;
   BuildOptions options;
 };
 
@@ -67,20 +69,8 @@ struct MeshedComponent {
   std::shared_ptr<const FiniteElementModel> fe;
   std::shared_ptr<const MeshModel> model;  // when an instance moves as a MeshBody
   std::optional<MeshModesWanted> modes;
+  MotionPlans plans;
 };
-
-bool has_shells(const Scene& scene, const Instance& instance, const Geometry& geometry);
-// Modal mass scaling of a component so large that the modes above the clip are not worth computing: ScaledModel of its matrices.
-bool scales_from_matrices(const SceneIndex& index, const Instance& instance, const ReducedComponent& component,
-                          bool has_diagonal_form);
-
-// How an instance's coordinates are advanced.
-enum class Coordinates { modal, coupled, nodal };  // SuperelementBody, CoupledBody, MeshBody
-
-// Shells or newmark on a mesh, and superelements whose diagonal form is neither stored nor small, are coupled; `exact` is modal.
-Coordinates coordinates_of_reduced(const SceneIndex& index, const Instance& instance, const ReducedComponent& component,
-                                   bool has_diagonal_form);
-Coordinates coordinates_of_mesh(const Scene& scene, const Instance& instance, const Geometry& geometry);
 
 // Reads of the component's superelement what tells its sets. InputError: it is missing or stale (with the command to run), or does
 // not keep a set that the scene names of an instance of it.
@@ -90,6 +80,7 @@ void check_reduced_component(const Scene& scene, const Component& component, Rep
 // also a set that the scene names and that it does not have.
 ReducedComponent read_reduced_component(const SceneIndex& index, const Component& component, const BuildOptions& options,
                                         Report& report);
-MeshedComponent read_meshed_component(const Scene& scene, const Component& component, const BuildOptions& options, Report& report);
+MeshedComponent read_meshed_component(const SceneIndex& index, const Component& component, const BuildOptions& options,
+                                      Report& report);
 
 }  // namespace cbr
