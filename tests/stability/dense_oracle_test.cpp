@@ -197,8 +197,8 @@ class Oracle {
 };
 
 // `change`: what is done to a scene, false where it does not apply.
-void compare_all(bool (*change)(RandomScene&), double most = most_left_out, double motion_allowed = allowed) {
-  const test::Seeds seeds = test::seeds();
+void compare_all(const test::Seeds& seeds, bool (*change)(RandomScene&), double most = most_left_out,
+                 double motion_allowed = allowed) {
   test::Worst worst;
   std::vector<unsigned> numbers;
   for (unsigned seed = seeds.first; seed < seeds.first + seeds.count; ++seed) numbers.push_back(seed);
@@ -215,23 +215,23 @@ void compare_all(bool (*change)(RandomScene&), double most = most_left_out, doub
   }
   worst.print();
   const int left_out = worst.count(left_out_modes) + worst.count(left_out_friction);
-  if (seeds.count >= 100) {
+  if (seeds.count >= 40) {
     EXPECT_LE(left_out, most * (left_out + worst.count(compared)));
   }
 }
 
 TEST(RandomScenes, AgreeWithDenseArithmetic) {
-  compare_all([](RandomScene&) { return true; });
+  compare_all(test::seeds(), [](RandomScene&) { return true; });
 }
 
 // What goes over from one face of a hollow corner to the other, and into corners of four
 TEST(RandomScenes, OfGroovesAgreeWithDenseArithmetic) {
-  compare_all(test::make_groove, most_left_out_in_corners, allowed_in_corners);
+  compare_all(test::seeds(), test::make_groove, most_left_out_in_corners, allowed_in_corners);
 }
 
-// Superelements that only impulses meet, in steps of 0.9 to 4 critical ones
+// Superelements that only impulses meet, in steps of 0.9 to 4 critical ones: one scene of ten
 TEST(RandomScenes, OfScaledModesAgreeWithDenseArithmetic) {
-  compare_all([](RandomScene& scene) {
+  compare_all(test::seeds(100), [](RandomScene& scene) {
     scene.mass_scaling = true, scene.cfl = 0.9 + 0.1 * (scene.seed % 32);
     scene.skin.reset();
     return scene.integrator == "exact" && !scene.has("penalty") &&

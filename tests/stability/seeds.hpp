@@ -10,13 +10,13 @@
 namespace cbr::test {
 
 struct Seeds {
-  unsigned first = 1, count = 100;
+  unsigned first = 1, count = 40;
   bool thorough = false;  // every change of every scene
 };
 
-// CBR_SEEDS=FIRST:COUNT, then every change is tried on every scene.
-inline Seeds seeds() {
-  Seeds seeds;
+// CBR_SEEDS=FIRST:COUNT, then every change is tried on every scene. Without it 1 to `count`.
+inline Seeds seeds(unsigned count = 40) {
+  Seeds seeds{1, count};
   if (const char* text = std::getenv("CBR_SEEDS")) seeds.thorough = std::sscanf(text, "%u:%u", &seeds.first, &seeds.count) == 2;
   return seeds;
 }

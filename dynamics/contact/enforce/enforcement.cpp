@@ -84,7 +84,7 @@ ContactList points_of(const ContactList& list, const std::vector<Index>& rows) {
 }  // namespace
 
 Points settle_velocities(const ContactList& list, const std::vector<PointLaw>& laws, const Points& p, const Points& velocities,
-                         std::vector<ContactBody>& bodies, ImpulseMemory& memory) {
+                         const std::vector<ContactBody>& bodies, ImpulseMemory& memory) {
   Points change = Points::Zero(p.rows(), 3);
   const std::vector<Index> rows = points_to_settle(list, laws, p, bodies);
   if (rows.empty()) return change;
@@ -92,12 +92,7 @@ Points settle_velocities(const ContactList& list, const std::vector<PointLaw>& l
   std::vector<PointLaw> closed_laws;
   for (const Index i : rows) closed_laws.push_back(laws[i]);
   if (!memory.solver || !same_laws(closed_laws, memory.laws) || !same_rows(closed, memory.rows, closed_laws, same_row_tolerance)) {
-    const auto swap_responses = [&] {
-      for (ContactBody& body : bodies) std::swap(body.response, body.velocity_response);
-    };
-    swap_responses();
-    memory.solver.emplace(gap_response(closed, closed_laws, bodies), closed_laws);
-    swap_responses();
+    memory.solver.emplace(gap_response(closed, closed_laws, bodies, &ContactBody::velocity_response), closed_laws);
     memory.rows = std::move(closed), memory.laws = std::move(closed_laws);
   }
   const Vector packed_p = pack(p(rows, Eigen::all), memory.laws);

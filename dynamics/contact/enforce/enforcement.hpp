@@ -73,7 +73,7 @@ EnforcementResult enforce_impulse(const ContactList& list, const std::vector<Poi
 // The bodies' velocity_response must be there. Returns P - p, points x 3; infinite when W_v or the velocities are not finite. W_v
 // and its factor are kept while the rows of the points with an impulse stand.
 Points settle_velocities(const ContactList& list, const std::vector<PointLaw>& laws, const Points& p, const Points& velocities,
-                         std::vector<ContactBody>& bodies, ImpulseMemory& memory);
+                         const std::vector<ContactBody>& bodies, ImpulseMemory& memory);
 
 // Kept from step to step by a penalty pair.
 struct PenaltyMemory {

@@ -163,7 +163,8 @@ std::vector<Index> first_rows(const std::vector<PointLaw>& laws) {
   return first;
 }
 
-GapResponse gap_response(const ContactList& list, const std::vector<PointLaw>& laws, const std::vector<ContactBody>& bodies) {
+GapResponse gap_response(const ContactList& list, const std::vector<PointLaw>& laws, const std::vector<ContactBody>& bodies,
+                         NodeResponse ContactBody::* of) {
   const Index m = first_rows(laws).back();
   std::vector<Index> used;
   for (const ContactTerm& term : list.terms)
@@ -172,7 +173,7 @@ GapResponse gap_response(const ContactList& list, const std::vector<PointLaw>& l
   used.erase(std::unique(used.begin(), used.end()), used.end());
   std::vector<BodyRows> parts;
   for (const Index b : used) {
-    const NodeResponse& S = bodies[b].response;
+    const NodeResponse& S = bodies[b].*of;
     RowMajorSparse G = rows_of_body(list, laws, m, b, S);
     std::vector<Index> rows = rows_in_use(G);
     parts.push_back({&S, std::move(G), std::move(rows)});

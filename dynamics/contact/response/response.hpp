@@ -28,8 +28,10 @@ Vector apply(const GapResponse& W, const Vector& p);
 std::vector<Index> first_rows(const std::vector<PointLaw>& laws);
 
 // W = G S G^T (m x m): change of the gaps at the end of the step per unit impulse; S of all bodies' contact nodes.
-// A row of G: coefficient x direction on the nodes of the point's terms, directions being the rows of its frame.
-GapResponse gap_response(const ContactList& list, const std::vector<PointLaw>& laws, const std::vector<ContactBody>& bodies);
+// A row of G: coefficient x direction on the nodes of the point's terms, directions being the rows of its frame. `of`: whose S, of
+// positions or of velocities (&ContactBody::velocity_response).
+GapResponse gap_response(const ContactList& list, const std::vector<PointLaw>& laws, const std::vector<ContactBody>& bodies,
+                         NodeResponse ContactBody::* of = &ContactBody::response);
 
 // Adds impulses (points x 3, in the points' frames) to the bodies': normal ones, those of tied points as they are, to `impulses`,
 // tangential ones to `friction`.
