@@ -184,6 +184,11 @@ void KeptFactor::renumber(const std::vector<Index>& from) {
 
 void KeptFactor::keep_state(StateArchive& archive) {
   archive(n_, row_, scale_, removed_, X_, gram_, positions_, pivot_, n_factored_);
+  // What is not of the factor was never set: what stood in that memory before has no place in a file.
+  for (Index j = 0; !archive.restores() && j < n_; ++j) {
+    L_.col(j).head(j).setZero();
+    L_.col(j).tail(L_.rows() - n_).setZero();
+  }
   archive.first_columns(L_, n_);
 }
 
