@@ -276,12 +276,12 @@ TEST(Reduce, ParticipationPicksTheModesThatTheInterfaceDrives) {
 TEST(Reduce, ParticipationPicksOfSparseCandidatesAreExact) {
   const Mesh mesh = box_mesh({{6, 5, 16}, {0.9, 0.7, 2.3}, {0, 0, 0}, 0.05});
   ReductionOptions options = with_modes({"x_max"}, 10);
-  options.pick = "participation";
+  options.pick = Pick::participation;
   ReductionFigures figures;
   const Superelement picked = reduced(mesh, options, MassKind::lumped, {}, &figures);
   ASSERT_EQ(figures.mode_method, "block lanczos");
   EXPECT_TRUE(figures.modes_proven);
-  options.pick = "frequency";
+  options.pick = Pick::frequency;
   options.modes = 200;
   const Superelement all = reduced(mesh, options);
   const std::vector<Index> kept = modes_by_participation(all.M_kc, 10);

@@ -6,7 +6,8 @@
 
 #include <Eigen/Geometry>
 
-#include "common/app/program.hpp"
+#include "common/app/report.hpp"
+#include "common/linalg/blas_threads.hpp"
 #include "reducer/bases/reduce.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 
