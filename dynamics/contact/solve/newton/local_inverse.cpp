@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "common/app/program.hpp"
+#include "common/linalg/blas_threads.hpp"
 #include "common/base/row_threads.hpp"
 #include "common/files/state_archive.hpp"
 
