@@ -4,10 +4,12 @@
 #include <malloc.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>
+#include <fstream>
 
 namespace cbr {
 namespace {
@@ -58,7 +60,12 @@ void keep_heap_on_huge_pages(double ahead) {
 void one_heap_for_all_threads() { mallopt(M_ARENA_MAX, 1); }
 
 void return_unused_heap(double at_least) {
-  if (static_cast<double>(mallinfo2().fordblks) >= at_least) malloc_trim(0);
+  // What the heap has reserved and never written is not resident
+  double size = 0, resident = 0;
+  std::ifstream("/proc/self/statm") >> size >> resident;
+  const struct mallinfo2 used = mallinfo2();
+  const double unused = resident * static_cast<double>(::sysconf(_SC_PAGE_SIZE)) - static_cast<double>(used.uordblks + used.hblkhd);
+  if (unused >= at_least) malloc_trim(0);
 }
 
 Matrix on_huge_pages(Index rows, Index columns) {
