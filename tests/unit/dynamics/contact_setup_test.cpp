@@ -11,6 +11,7 @@
 #include <fstream>
 
 #include "common/base/error.hpp"
+#include "dynamics/setup/build.hpp"
 #include "dynamics/setup/components/contact_faces.hpp"
 #include "tests/unit/dynamics/bricks.hpp"
 

@@ -15,6 +15,7 @@
 #include "common/base/error.hpp"
 #include "common/files/hdf5_file.hpp"
 #include "dynamics/output/results.hpp"
+#include "dynamics/setup/build.hpp"
 #include "reducer/modes/diagonal_form.hpp"
 #include "tests/unit/dynamics/bricks.hpp"
 
