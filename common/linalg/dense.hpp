@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Front door of common/linalg: dense algebra and its threads: the only code that calls LAPACK,
-// CHOLMOD, ARPACK.
+// Front door of common/linalg: dense algebra and its threads. With sparse and eigen below it, the
+// only code that calls LAPACK, CHOLMOD and ARPACK.
 //
 // Factorisations and eigenpairs of dense matrices, compiled once. Eigen's decompositions stand behind this header and in no
 // other: a file that instantiates one takes the compiler five to ten seconds (CONTRIBUTING.md, "Build time").

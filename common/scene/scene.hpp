@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Front door of common/scene: the scene: read, written, hashed, held against superelement files.
+// Front door of common/scene: the scene as structs, hashed, held against superelement files.
 //
 // The scene file as structs. Parsing is strict: an unknown key is an error with file, line, key, found, allowed.
 #pragma once

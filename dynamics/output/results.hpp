@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Front door of dynamics/output: results, fields, energies, checkpoints, summary.
+// Front door of dynamics/output: results, fields, energies, checkpoints.
 //
-// The results file (format "cbr-results", formats.md) and the summary of a run.
+// The results file (format "cbr-results", formats.md).
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Front door of reducer/exchange: a superelement as two matrices, which other codes want.
+//
 // A superelement as two symmetric matrices with a list that says what each row is: what other codes want.
 #pragma once
 

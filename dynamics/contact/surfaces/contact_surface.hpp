@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Front door of dynamics/contact/surfaces: points, faces and surfaces that can touch, and how nodes
-// answer impulses; knows no body.
+// Front door of dynamics/contact/surfaces: points, faces and surfaces that can touch; knows no body.
 //
-// What contact knows of the bodies: points now and predicted, faces between them, the response to impulses.
+// What contact knows of the bodies: points now and predicted, and faces between them.
 #pragma once
 
 #include <cmath>
