@@ -83,7 +83,7 @@ TEST(Spin, TheSplittingIsOfSecondOrder) {
     place.push_back((at(ran.monitor("b.x_max").mean_position, last) - at(fine.monitor("b.x_max").mean_position, last)).norm());
     std::printf("step %.0e: place %.2e, energy left %.2e, momentum %.0e\n", step, place.back(), left.back(), momentum);
     EXPECT_LT(momentum, 1e-14);
-    EXPECT_LT(test::energy_residual(r), 1e-12);
+    EXPECT_LT(test::energy_residual(r), 1e-14);
   }
   EXPECT_GT(test::observed_order(h, place), 1.9);
   EXPECT_GT(test::observed_order(h, left), 1.9);

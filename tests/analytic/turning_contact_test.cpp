@@ -14,6 +14,7 @@
 
 #include "common/files/state_archive.hpp"
 #include "tests/support/contact_scene.hpp"
+#include "tests/support/restarted_run.hpp"
 
 namespace cbr {
 namespace {
@@ -88,10 +89,10 @@ TEST(TurningContact, TwoBodiesKeepTheirMomenta) {
                   largest_turn(r.bodies[0]), largest_turn(r.bodies[1]));
       EXPECT_GT(pushed, 0.1) << options;
       EXPECT_GT(largest_turn(r.bodies[0]), 0.8) << options;
-      EXPECT_LT(momentum, 1e-12) << options;
-      EXPECT_LT(angular, basis == "massless" ? 3e-3 : 1e-12) << options;  // massless: of first order in the step
-      EXPECT_LT(test::energy_residual(r), 1e-11) << options;
-      EXPECT_LT(gained, 1e-3) << options;
+      EXPECT_LT(momentum, 1e-13) << options;
+      EXPECT_LT(angular, basis == "massless" ? 3e-3 : 5e-15) << options;  // massless: of first order in the step
+      EXPECT_LT(test::energy_residual(r), 1e-14) << options;
+      EXPECT_LT(gained, 1e-9) << options;
     }
   }
 }
@@ -109,7 +110,7 @@ TEST(TurningContact, ARotationOfTheSceneChangesNothing) {
     for (const Change& change : changes) {
       const double d = difference(plain, run(scene, change), change).largest();
       std::printf("%s: %.1e\n", options.c_str(), d);
-      EXPECT_LT(d, 1e-9);
+      EXPECT_LT(d, 8e-13);
     }
   }
 }
@@ -181,8 +182,8 @@ TEST(TurningContact, TheFirstBlowOfAStiffBlockIsThatOfARigidOne) {
       std::printf("mu %.1f E %.0e: L off by %.2e, friction %.4f of the normal impulse, energy %.4f\n", mu, E, errors.back(),
                   tangential, ran.result.total.back() / ran.result.total[0]);
       EXPECT_GT(P.z(), 0.1);
-      EXPECT_NEAR(tangential, mu, 0.02 * mu + 1e-12);
-      EXPECT_LT(test::energy_residual(ran.result), 1e-11);
+      EXPECT_NEAR(tangential, mu, 5e-3 * mu + 1e-12);
+      EXPECT_LT(test::energy_residual(ran.result), 1e-13);
       EXPECT_EQ(ran.result.active.back(), 0);
     }
     EXPECT_LT(errors.back(), 0.02);
@@ -206,7 +207,7 @@ TEST(TurningContact, AFloorWithoutFrictionLeavesTheSpinAboutItsNormal) {
   std::printf("turned %.2f, spin about the normal off by %.0e, gained %.1e\n", largest_turn(r.bodies[0]), change, most);
   EXPECT_GT(largest_turn(r.bodies[0]), 0.8);
   EXPECT_LT(change, 1e-13);
-  EXPECT_LT(most, 1e-3);
+  EXPECT_LT(most, 1e-9);
 }
 
 // In contact, half of the way, from a checkpoint: the same bits.
@@ -215,16 +216,7 @@ TEST(TurningContact, ARestartGoesOnBitForBit) {
   test::SceneFolder folder;
   folder.add("block.exo", test::block_mesh({{3, 2, 2}, corner.size}));
   const std::string yaml = corner.scene(1e4, ", friction: 0.3", "{end: 0.1, rotations: large}");
-  std::optional<std::vector<Index>> words;
-  RunOptions keeps;
-  keeps.is_checkpoint = [&](Index, double t) { return t > 0.012 && !words; };
-  keeps.on_checkpoint = [&](Index, double, const StateArchive& state) { words = state.words(); };
-  const Ran whole = folder.run(yaml, keeps);
-  ASSERT_TRUE(words);
-  StateArchive state(*words, "test");
-  RunOptions goes_on;
-  goes_on.restart = &state;
-  const Ran rest = folder.run(yaml, goes_on);
+  const auto [whole, rest] = test::restarted(folder, yaml, 0.012);
   EXPECT_EQ(whole.body("b").orientation, rest.body("b").orientation);
   EXPECT_EQ(whole.result.total, rest.result.total);
   EXPECT_EQ(whole.monitor("b.x_min").mean_position.values, rest.monitor("b.x_min").mean_position.values);
@@ -243,8 +235,8 @@ TEST(TurningContact, MeshesAndHeldSuperelementsAreHit) {
     EXPECT_EQ(ran.body("b").orientation.size(), 0u);
     EXPECT_GT(ran.body("a").orientation.size(), 0u);
     EXPECT_GT((at(ran.body("a").momentum, ran.result.time.size() - 1) - at(ran.body("a").momentum, 0)).norm(), 0.1);
-    EXPECT_LT(test::energy_residual(ran.result), 1e-11);
-    EXPECT_LT(*std::max_element(ran.result.total.begin(), ran.result.total.end()), 1.001 * ran.result.total[0]);
+    EXPECT_LT(test::energy_residual(ran.result), 1e-13);
+    EXPECT_LT(*std::max_element(ran.result.total.begin(), ran.result.total.end()), (1 + 1e-9) * ran.result.total[0]);
     ASSERT_FALSE(ran.built.notes.empty());
     EXPECT_NE(ran.built.notes.front().find("linear as ever: b"), std::string::npos);
   }

@@ -16,6 +16,7 @@
 #include "common/files/state_archive.hpp"
 #include "dynamics/motion/modal/free_turn.hpp"
 #include "tests/support/refusal.hpp"
+#include "tests/support/restarted_run.hpp"
 #include "tests/support/scene_run.hpp"
 
 namespace cbr {
@@ -147,16 +148,7 @@ TEST(Turning, WithoutSpinSmallAndLargeAreTheSame) {
 TEST(Turning, ARestartGoesOnBitForBit) {
   FolderWithBlock folder;
   const std::string yaml = scene(plain, "velocity: [1, 2, 3], angular_velocity: [5, 6, -7]");
-  std::optional<std::vector<Index>> words;
-  RunOptions keeps;
-  keeps.is_checkpoint = [&](Index, double t) { return t > 0.95 && !words; };
-  keeps.on_checkpoint = [&](Index, double, const StateArchive& state) { words = state.words(); };
-  const Ran whole = folder.run(yaml, keeps);
-  ASSERT_TRUE(words);
-  StateArchive state(*words, "test");
-  RunOptions goes_on;
-  goes_on.restart = &state;
-  const Ran rest = folder.run(yaml, goes_on);
+  const auto [whole, rest] = restarted(folder, yaml, 0.95);
   EXPECT_EQ(whole.body("b").orientation, rest.body("b").orientation);
   EXPECT_EQ(whole.body("b").kinetic_energy, rest.body("b").kinetic_energy);
   EXPECT_EQ(whole.monitor("b.x_max").mean_position.values, rest.monitor("b.x_max").mean_position.values);

@@ -49,7 +49,7 @@ TEST_P(SpinMoments, OfLinearMotionsAreThoseOfTheInertia) {
   turn << 0, -1, 0.5, 1, 0, -0.2, -0.5, 0.2, 0;
   for (const Matrix3& A : {strain, turn, Matrix3(strain + turn)}) {
     const Matrix3 expected = 0.5 * (P * A.transpose() + A * P);
-    EXPECT_LT((moments_of(s, A) - expected).norm(), 1e-10 * P.norm());
+    EXPECT_LT((moments_of(s, A) - expected).norm(), 1e-12 * P.norm());
   }
 }
 
