@@ -6,7 +6,7 @@ PRESET ?= release
 PYTHON ?= /usr/bin/python3
 export PYTHON
 
-.PHONY: help packages configure programs build test demo paper fig3 fig5 fig6 fig8 fig9 fig10 fig11 fig12 eqs eq18 dissimilar hertz small-features ordinary-part stress stress-table load seeds fuzz sanitize bench bench-docs bench-contact install deb check clean
+.PHONY: help packages configure programs build test demo paper fig3 fig5 fig6 fig8 fig9 fig10 fig11 fig12 eqs eq18 dissimilar hertz small-features ordinary-part stress stress-table load seeds fuzz sanitize bench bench-docs bench-contact install deb check clean test-mpi
 .DEFAULT_GOAL := help
 
 help:
@@ -27,6 +27,7 @@ help:
 	@echo "make bench-docs  the tables and plots of docs/benchmarks.md from $(BUILD)/bench"
 	@echo "make bench-contact  seconds a step against contact nodes, 100 to 10 000, by phase (5 minutes)"
 	@echo "make test      packages, build, all tests"
+	@echo "make test-mpi  packages of packages-mpi.txt, the programs with MPI in build-mpi, reductions in 2 and 3 processes against one (two minutes)"
 	@echo "make programs  the three programs, in $(BUILD)/bin"
 	@echo "make build     the programs, the tests and the benchmarks"
 	@echo "make check     include directions and other house rules, without building"
@@ -49,6 +50,14 @@ build: configure
 
 test: build check
 	ctest --test-dir $(BUILD) --output-on-failure --parallel $(JOBS)
+
+# docs/distributed.md
+MPI_BUILD ?= build-mpi
+test-mpi: packages
+	@scripts/install-packages packages-mpi.txt
+	cmake --preset mpi -B $(MPI_BUILD)
+	cmake --build $(MPI_BUILD) --parallel $(JOBS) --target cbr-reduce cbr-dyn
+	$(PYTHON) tests/distributed/check.py $(MPI_BUILD)/bin
 
 check:
 	@$(PYTHON) tests/check_includes.py

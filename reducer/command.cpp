@@ -20,6 +20,8 @@
 #include "common/scene/staleness.hpp"
 #include "reducer/bases/reduce.hpp"
 #include "reducer/condensation/panel_memory.hpp"
+#include "reducer/distributed/distributed_reduction.hpp"
+#include "reducer/distributed/processes.hpp"
 #include "reducer/domains/decomposition.hpp"
 #include "reducer/domains/domains.hpp"
 #include "reducer/domains/second_reduction.hpp"
@@ -181,6 +183,7 @@ class Reducer {
     const FileState state = command_.force
                                 ? FileState::stale
                                 : state_of(scene, component, hash, loads_, {form_limit(), command_.diagonal_limit.has_value()});
+    if (state == FileState::without_form && !command_.is_first()) return;
     if (state == FileState::without_form) return add_form(component, inputs);
     if (state == FileState::current) {
       warn_of_left_out_blocks(component, left_out_in(reduction.superelement), report_);
@@ -190,12 +193,13 @@ class Reducer {
     const auto [twin, is_new] =
         done_.emplace(hash + " " + word_of(mass_words, component.mass) + " " + std::to_string(form_limit()) + " " + join(loads_),
                       reduction.superelement);
+    if (!is_new && !command_.is_first()) return;
     if (!is_new) {
       write_copy(twin->second, reduction.superelement);
       report_.line(component.name + ": the same as " + twin->second.string() + ", copied to " + reduction.superelement.string());
       return;
     }
-    { const TemporaryFile probe(reduction.superelement); }  // what cannot be written is found before the work
+    if (command_.is_first()) const TemporaryFile probe(reduction.superelement);  // what cannot be written is found before the work
     report_.line("reducing " + component.name + " (" + component.mesh.filename().string() + ")");
     make(scene, component, hash, inputs);
   }
@@ -215,6 +219,8 @@ class Reducer {
     refuse_loads_inside(mesh, *component.reduction, loads_, takes_loads_in(*component.reduction));
     check_kept_sets(scene, component, mesh);
     check_recovery_sets(mesh, *component.reduction);
+    if (command_.is_distributed() && component.reduction->is_decomposed())
+      throw InputError("domains is not known to several processes and --engine petsc: reduce this component in one process");
     if (component.reduction->is_decomposed()) {
       make_group(mesh, properties, component, hash, p);
     } else {
@@ -246,7 +252,11 @@ class Reducer {
     ReductionOptions options = *component.reduction;
     options.loads = takes_loads_in(options) ? loads_ : std::vector<std::string>();
     options.characteristic.needs = needs_;
-    Superelement s = reduce(mesh, properties, mass_.kind, options, settings_, report_, &figures);
+    const auto reduce_it = command_.is_distributed()
+                               ? reduce_in_processes
+                               : static_cast<decltype(&reduce_in_processes)>(reduce);
+    Superelement s = reduce_it(mesh, properties, mass_.kind, options, settings_, report_, &figures);
+    if (!command_.is_first()) return;
     add_recovered_sets(mesh, false, s);
     finish(std::move(s), figures, component, hash, provenance);
   }
@@ -365,6 +375,10 @@ void estimate_component(const ReduceCommand& command, const Scene& scene, const 
 
 }  // namespace
 
+bool ReduceCommand::is_distributed() const { return processes != nullptr && processes->is_started(); }
+
+bool ReduceCommand::is_first() const { return processes == nullptr || processes->is_first(); }
+
 void run_estimate(const ReduceCommand& command, std::ostream& out, Report& report) {
   const bool is_mesh = is_mesh_name(command.input);
   if (!is_mesh) refuse_mesh_options(command);
@@ -402,6 +416,8 @@ void run_import(const ReduceCommand& command, Report& report) {
 void run_reduce(const ReduceCommand& command, std::ostream* scene_out, Report& report) {
   const bool is_mesh = is_mesh_name(command.input);
   if (!is_mesh) refuse_mesh_options(command);
+  if (command.input == "-" && command.processes != nullptr && command.processes->count() > 1)
+    throw InputError("a scene on standard input reaches one of the processes only: give the scene as a file");
   const Scene scene = is_mesh ? scene_of_mesh(command) : read_scene(command.input);
   check_contact_with_time(scene);
   for (const auto& [name, component] : scene.components)

@@ -19,6 +19,8 @@ class App;
 
 namespace cbr {
 
+class Processes;
+
 struct ReduceCommand {
   std::string input;  // a scene, "-", or a mesh
   // With a mesh: what a scene says about its component. Empty: not given.
@@ -34,6 +36,12 @@ struct ReduceCommand {
   bool estimate = false;  // print what the reductions would cost, and reduce nothing
   double memory = 0;
   std::optional<Index> diagonal_limit;
+  std::string engine;                    // "petsc", or empty: by the number of processes
+  const Processes* processes = nullptr;  // null: this one alone
+
+  bool reduces() const { return !info && !estimate && export_format.empty() && import_format.empty(); }
+  bool is_distributed() const;  // by several processes, or as they do it
+  bool is_first() const;        // of the processes, which alone writes
 };
 
 void add_reduce_options(CLI::App& app, ReduceCommand& command);

@@ -7,9 +7,11 @@
 #include "common/linalg/blas_threads.hpp"
 #include "common/linalg/huge_pages.hpp"
 #include "reducer/command.hpp"
+#include "reducer/distributed/processes.hpp"
 #include "reducer/info.hpp"
 
 int main(int argc, char** argv) {
+  cbr::Processes processes;
   cbr::restart_with_better_kernels(argv);
   cbr::keep_heap_on_huge_pages(0.5 * cbr::machine_memory_bytes());
   cbr::one_heap_for_all_threads();
@@ -28,10 +30,15 @@ int main(int argc, char** argv) {
   cbr::ReduceCommand command;
   cbr::add_common_options(app, common);
   cbr::add_reduce_options(app, command);
-  return cbr::run_program(app, argc, argv, [&] {
+  return processes.end(cbr::run_program(app, argc, argv, [&] {
+    processes.start(command.engine == "petsc");
+    if (processes.is_started() && common.threads == 0) common.threads = processes.threads();
+    if (!processes.is_first()) common.timings.clear();
+    command.processes = &processes;
     cbr::Report report("cbr-reduce", common.verbosity(), common.timings);
     cbr::set_threads(common.threads);
     cbr::spare_blas_threads(cbr::n_threads());
+    if (!processes.is_first() && !command.reduces()) return;
     if (command.info) {
       cbr::print_info(command.input, cbr::table_output());
     } else if (!command.export_format.empty()) {
@@ -44,5 +51,5 @@ int main(int argc, char** argv) {
       cbr::run_reduce(command, cbr::filter_output(), report);
     }
     report.write_timings();
-  });
+  }));
 }

@@ -196,6 +196,10 @@ void add_reduce_options(CLI::App& app, ReduceCommand& command) {
          },
          "memory for the constraint modes, e.g. 500MB (default: half of RAM minus the factor); less is slower")
       ->type_name("SIZE");
+  app.add_option("--engine", command.engine,
+                 "cholmod (default), or petsc, as under mpirun: factor and modes by PETSc, MUMPS and SLEPc (docs/distributed.md)")
+      ->type_name("WORD")
+      ->check(CLI::IsMember({"cholmod", "petsc"}));
   app.add_option("--diagonal-limit", command.diagonal_limit,
                  "largest number of coordinates for which the diagonal form is stored (default: 6000; 3000 for joined domains)")
       ->type_name("N")

@@ -17,6 +17,7 @@ ALLOWED = {"common": {"common"}, "reducer": {"reducer", "common"}, "skinner": {"
 # Header -> the one file that may include it.
 ONE_PLACE = {
     "hdf5.h": 2, "gmsh.h": 1, "netcdf.h": 2, "cholmod.h": 1, "arpack.h": 1, "metis.h": 1, "yaml-cpp/yaml.h": 4, "xxhash.h": 1,
+    "slepceps.h": 2, "petscmat.h": 1, "petscsys.h": 2, "mpi.h": 1,
 }
 INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]', re.M)
 PRINTS = re.compile(r"std::(cerr|cout|clog)\b|\b(f?printf|puts)\s*\(")

@@ -4,9 +4,7 @@
 #include "reducer/modes/interior_loads.hpp"
 
 namespace cbr {
-namespace {
 
-// Displacements of the six unit strains about the center   (3 m x 6)
 Matrix unit_strains(const Points& X, const Vector3& center) {
   Matrix D = Matrix::Zero(3 * X.rows(), 6);
   for (Index i = 0; i < X.rows(); ++i) {
@@ -20,8 +18,6 @@ Matrix unit_strains(const Points& X, const Vector3& center) {
   }
   return D;
 }
-
-}  // namespace
 
 Matrix spin_moments(const Partition& p, const SparseCholesky& factor, const Points& X_I, const Points& X_C, const Vector3& center,
                     const Matrix& Phi, const Matrix& M_cc) {

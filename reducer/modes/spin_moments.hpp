@@ -7,6 +7,9 @@
 
 namespace cbr {
 
+// Displacements of the six unit strains xx, yy, zz, xy, yz, xz about the center   (3 m x 6)
+Matrix unit_strains(const Points& X, const Vector3& center);
+
 // S_j = sym of the integral of rho x u_j^T, of each coordinate's displacement u_j, x from the centre of mass: xx, yy, zz, xy, yz, xz
 // as columns, kg m per unit of the coordinate   ((k + c) x 6). The inertia changes by 2 (tr S 1 - S), and a spin w pulls with
 // |w|^2 tr S - w . S w (Shabana, Dynamics of Multibody Systems, 2013, section 5.3).

@@ -1,0 +1,311 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "reducer/distributed/distributed_reduction.hpp"
+
+#include <mpi.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include "common/base/error.hpp"
+#include "common/base/format_text.hpp"
+#include "common/base/machine_memory.hpp"
+#include "common/fem/connected_parts.hpp"
+#include "common/scene/scene_words.hpp"
+#include "reducer/bases/reduction.hpp"
+#include "reducer/condensation/panel_memory.hpp"
+#include "reducer/distributed/distributed_interior.hpp"
+#include "reducer/distributed/processes.hpp"
+#include "reducer/judgement/condition.hpp"
+#include "reducer/modes/diagonal_form.hpp"
+#include "reducer/modes/spin_moments.hpp"
+
+namespace cbr {
+namespace {
+
+constexpr double relative_gap = 1e-7;  // two eigenvalues closer than this are one multiple one to a count
+
+void refuse(const std::string& what) {
+  throw InputError(what + " is not known to several processes and --engine petsc: reduce this component in one process without it");
+}
+
+void refuse_unknown(const ReductionOptions& options) {
+  if (options.basis != Basis::craig_bampton) refuse("basis: " + word_of(basis_words, options.basis));
+  if (options.tolerance) refuse("tolerance");
+  if (options.recovery) refuse("recovery");
+  if (options.pick == Pick::participation && options.cutoff_hz)
+    throw InputError("pick: participation needs `modes`: a cutoff keeps every mode below it");
+  check_modes_wanted(options);
+}
+
+int own_rank() {
+  int rank = 0;
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  return rank;
+}
+
+// Per node of the mesh its place in a list of model nodes, or -1.
+std::vector<Index> places(const Reduction& r, const std::vector<Index>& nodes) {
+  std::vector<Index> place(r.mesh.node_ids.size(), -1);
+  for (std::size_t i = 0; i < nodes.size(); ++i) place[mesh_node(r, nodes[i])] = static_cast<Index>(i);
+  return place;
+}
+
+// Nodes inside and on the interface, without K and M.
+void divide(Reduction& r) {
+  r.model = number_nodes(r.mesh);
+  r.p.interface_nodes = interface_nodes(r.mesh, r.model, r.options.interface_sets);
+  const auto n = static_cast<Index>(r.model.nodes.size());
+  std::vector<bool> kept(n, false);
+  for (const Index i : r.p.interface_nodes) kept[i] = true;
+  for (Index i = 0; i < n; ++i)
+    if (!kept[i]) r.p.interior_nodes.push_back(i);
+  const auto n_I = 3 * static_cast<Index>(r.p.interior_nodes.size()), c = 3 * static_cast<Index>(r.p.interface_nodes.size());
+  r.p.K_II.resize(n_I, n_I), r.p.K_CC.resize(c, c);  // their sizes alone
+  r.part = connected_parts(r.mesh, r.model);
+  if (has_parts(r)) refuse("a component of several parts that share no node");
+  if (n_I == 0) refuse("a component whose nodes are all on the interface");
+  check_interface_holds(r.mesh, r.model, r.p, r.part);
+  require_memory_for_interface(c, machine_memory_bytes());
+  r.figures.n_dofs = 3 * n, r.figures.n_interior = n_I;
+}
+
+class DistributedReduction {
+ public:
+  DistributedReduction(Reduction& reduction, const std::vector<BlockProperties>& properties, MassKind mass)
+      : r_(reduction), properties_(properties), mass_(mass), rank_(own_rank()) {}
+
+  Superelement run() {
+    assemble_own();
+    if (rank_ == 0) describe_interface(r_, s_);
+    s_.basis = word_of(basis_words, r_.options.basis);
+    factorise();
+    for (Index ncv = 0;; ncv = std::min(interior_.rows.n, 3 * modes_.lambda.size() + 40)) {
+      find_modes(ncv);
+      if (is_complete() || ncv > 0) break;
+      r_.report.detail("the inertia count found a missed mode: again with a larger Krylov space");
+    }
+    if (!is_proven_) throw RunError("fixed-interface modes: the eigensolver misses one below the last (inertia count)");
+    reduce_to_interface();
+    keep_modes();
+    add_loads();
+    finish_matrices();
+    add_spin_moments();
+    in_first([&] { judge(); });
+    return std::move(s_);
+  }
+
+ private:
+  void assemble_own() {
+    const auto phase = r_.report.phase("assembly");
+    together([&] { divide(r_); });
+    const std::vector<Index> node = places(r_, r_.p.interior_nodes), place = places(r_, r_.p.interface_nodes);
+    const NodeShares shares = share_nodes(r_.mesh, node, static_cast<Index>(r_.p.interior_nodes.size()));
+    together([&] {
+      interior_.rows = assemble_rows(r_.mesh, properties_, mass_, node, place, static_cast<Index>(r_.p.interface_nodes.size()), shares, rank_);
+    });
+    std::vector<Index> own;
+    for (const Index i : interior_.rows.nodes) own.push_back(r_.p.interior_nodes[i]);
+    interior_.x_I = coordinates_of(r_, own), interior_.x_C = coordinates_of(r_, r_.p.interface_nodes);
+    interior_.solver = std::make_unique<InteriorSolver>(interior_.rows);
+    r_.figures.condition.rigid = largest(interior_.rows.rigid_residual);
+    find_rigid_body();
+  }
+
+  // As rigid_body(): first about the mean of the points, then about the centre of mass that this gives, where nothing cancels.
+  void find_rigid_body() {
+    RigidBody& body = s_.rigid_body;
+    Points x(static_cast<Index>(r_.model.nodes.size()), 3);
+    for (Index i = 0; i < x.rows(); ++i) x.row(i) = r_.mesh.coordinates.row(r_.model.nodes[i]);
+    body.center = x.colwise().mean().transpose();
+    Matrix r = rigid_inertia(interior_, body.center);
+    const double mass = r.diagonal().head(3).mean();
+    body.center += Vector3(r(1, 5) - r(2, 4), r(2, 3) - r(0, 5), r(0, 4) - r(1, 3)) / (2 * mass);
+    r = rigid_inertia(interior_, body.center);
+    body.mass = r.diagonal().head(3).mean();
+    body.inertia = 0.5 * (r.bottomRightCorner(3, 3) + r.bottomRightCorner(3, 3).transpose());
+  }
+
+  void factorise() {
+    const auto phase = r_.report.phase("factorisation");
+    r_.report.progress("factorisation", 0);
+    const Index wrong = interior_.solver->factorise();
+    r_.report.end_progress();
+    if (wrong > 0)
+      throw InputError("the stiffness of the interior is singular (" + std::to_string(wrong) +
+                       " pivots are not positive): a part of it can move freely, as elements do that share only an edge or a node "
+                       "with the rest, or is held too weakly for a double; a reduction in one process names the node");
+    r_.figures.factor_nonzeros = interior_.solver->n_nonzeros(), r_.figures.factor_flops = interior_.solver->flops();
+    r_.report.detail(format_text("MUMPS: %.3g entries in the factor, %.3g flops", r_.figures.factor_nonzeros, r_.figures.factor_flops));
+    r_.figures.condition.K_II = condition_numbers(*interior_.solver);
+  }
+
+  Index n_wanted() {
+    if (r_.options.modes) return *r_.options.modes;
+    if (n_below_ < 0) {
+      const auto phase = r_.report.phase("modes: count below cutoff");
+      const double omega = 2 * std::numbers::pi * *r_.options.cutoff_hz;
+      n_below_ = count_below(omega * omega);
+      interior_.solver->factorise();
+    }
+    return n_below_;
+  }
+
+  Index count_below(double sigma) {
+    for (int attempt = 0; attempt < 5; ++attempt, sigma *= 1 + 1e-10)
+      if (const Index count = interior_.solver->count_below(sigma); count >= 0) return count;
+    throw RunError("the eigenvalues below " + std::to_string(std::sqrt(sigma) / (2 * std::numbers::pi)) +
+                   " Hz cannot be counted: every shift nearby meets a vanishing pivot: ask for another cutoff, or other modes");
+  }
+
+  // And one more, which tells whether the last has a twin.
+  void find_modes(Index ncv) {
+    const Index n = interior_.rows.n, wanted = n_wanted();
+    if (wanted > n)
+      throw InputError("modes: " + std::to_string(wanted) + " requested, but the interior has only " + std::to_string(n) +
+                       " dofs and so " + std::to_string(n) + " fixed-interface modes: ask for at most that many");
+    const auto phase = r_.report.phase("fixed-interface modes");
+    r_.report.progress("fixed-interface modes", 0);
+    const Index k = n_mode_candidates(r_.options.pick, wanted, n), asked = k == 0 ? 0 : std::min(k + 1, n);
+    all_ = asked == 0 ? InteriorSolver::Modes{Vector(0), Matrix(interior_.n_own(), 0), 0} : interior_.solver->lowest_modes(asked, ncv);
+    r_.report.end_progress();
+    r_.figures.n_candidates = k;
+    modes_.method = asked == 0 ? "none" : "krylov-schur";
+    modes_.next = asked > k ? all_.lambda(k) : 0;
+    modes_.lambda = all_.lambda.head(k), modes_.Phi = all_.Phi.leftCols(k);
+    r_.report.detail(format_text("SLEPc: %d restarts", all_.restarts));
+  }
+
+  // By the inertia count between the last two that are apart. Its factor takes the place of the other, which is made again.
+  bool is_complete() {
+    const Vector& lambda = all_.lambda;
+    is_proven_ = true;
+    if (lambda.size() == 0 || lambda.size() == interior_.rows.n) return true;
+    const auto phase = r_.report.phase("modes: count");
+    Index j = lambda.size() - 1;
+    while (j > 0 && lambda(j) - lambda(j - 1) < relative_gap * lambda(j)) --j;
+    const double sigma = j > 0 ? 0.5 * (lambda(j) + lambda(j - 1)) : 0.5 * lambda(0);
+    const Index below = count_below(sigma);
+    interior_.solver->factorise();
+    modes_.counts += (modes_.counts.empty() ? "" : "; ") +
+                     format_text("%lld below %.6g Hz, %lld found", static_cast<long long>(below),
+                                 std::sqrt(sigma) / (2 * std::numbers::pi), static_cast<long long>(j));
+    is_proven_ = below == j;
+    return is_proven_;
+  }
+
+  void reduce_to_interface() {
+    const auto phase = r_.report.phase("condensation");
+    ReductionFigures& figures = r_.figures;
+    figures.mode_method = modes_.method, figures.modes_proven = is_proven_, figures.condition.counts = modes_.counts;
+    figures.condition.modes = check_modes(*interior_.solver, modes_.lambda, modes_.Phi);
+    if (figures.condition.modes.worst >= 0 && is_dependent(figures.condition.modes.orthogonality))
+      throw RunError("fixed-interface modes: the eigensolver has found one twice; ask for a few more or fewer modes");
+    if (r_.options.modes && r_.options.pick == Pick::frequency) warn_of_cut_pair(modes_.lambda, modes_.next, r_.report);
+    interior_.rigid = rigid_rows(interior_);
+    condensed_ = condense(interior_, modes_.Phi, r_.report);
+    figures.way = condensed_.way, figures.panel = condensed_.panel, figures.rigid = condensed_.rigid;
+    in_first([&] { judge_rigid(condensed_.rigid, figures.condition.K_II.scaled, figures.condition.weakest, r_.report); });
+    s_.K_cc = std::move(condensed_.K_cc), s_.M_cc = std::move(condensed_.M_cc);
+  }
+
+  // pick: participation
+  void keep_modes() {
+    const Index k = modes_.lambda.size();
+    if (r_.options.pick != Pick::participation || k <= *r_.options.modes) return;
+    Vector number;
+    in_first([&] {
+      const std::vector<Index> kept = modes_by_participation(condensed_.M_kc, *r_.options.modes);
+      condensed_.M_kc = Matrix(condensed_.M_kc(kept, Eigen::all));
+      number = Eigen::Map<const Eigen::Matrix<Index, Eigen::Dynamic, 1>>(kept.data(), static_cast<Index>(kept.size())).cast<double>();
+    });
+    Matrix kept = Matrix::Zero(*r_.options.modes, 1);
+    if (rank_ == 0) kept.col(0) = number;
+    kept = sum(kept);
+    std::vector<Index> list;
+    for (const double j : kept.reshaped()) list.push_back(static_cast<Index>(j));
+    modes_.lambda = Vector(modes_.lambda(list));
+    modes_.Phi = Matrix(modes_.Phi(Eigen::all, list));
+  }
+
+  // Rows of this process of those of the interior.
+  Matrix own_rows(const Matrix& all) const {
+    Matrix own(interior_.n_own(), all.cols());
+    for (std::size_t i = 0; i < interior_.rows.nodes.size(); ++i)
+      own.middleRows(3 * static_cast<Index>(i), 3) = all.middleRows(3 * interior_.rows.nodes[i], 3);
+    return own;
+  }
+
+  void add_loads() {
+    if (r_.options.loads.empty()) return;
+    InteriorLoads loads;
+    together([&] { loads = interior_loads(r_.mesh, r_.model, r_.p, r_.options.loads); });
+    if (!loads.any()) return;
+    const auto phase = r_.report.phase("residual vectors");
+    const Matrix F_I = own_rows(loads.F_I);
+    s_.n_residual = add_residual_vectors(*interior_.solver, F_I, modes_);
+    const Matrix more = mode_coupling(interior_, modes_.Phi.rightCols(s_.n_residual), s_.M_cc);
+    const Matrix Q = generalised_forces(interior_, F_I, loads.F_C, modes_.Phi, s_.M_cc);
+    if (rank_ > 0) return;
+    condensed_.M_kc.conservativeResize(modes_.lambda.size(), interior_.c());
+    condensed_.M_kc.bottomRows(s_.n_residual) = more;
+    for (std::size_t j = 0; j < loads.names.size(); ++j)
+      s_.loads[loads.names[j]] = {loads.areas[j], Q.middleCols(3 * static_cast<Index>(j), 3)};
+  }
+
+  void finish_matrices() {
+    s_.eigenvalues = modes_.lambda, s_.M_kc = std::move(condensed_.M_kc);
+    const Index own = s_.k() - s_.n_residual;
+    if (own > 0) r_.figures.highest_frequency = std::sqrt(s_.eigenvalues.head(own).maxCoeff()) / (2 * std::numbers::pi);
+  }
+
+  void add_spin_moments() {
+    const Vector3& center = s_.rigid_body.center;
+    const Matrix D_I = unit_strains(interior_.x_I, center), D_C = unit_strains(interior_.x_C, center);
+    const InteriorRows& rows = interior_.rows;
+    const Matrix F_I = interior_.solver->times_mass(D_I) + rows.M_IC * D_C;
+    const Matrix F_C = sum(rows.M_CC * D_C + rows.M_IC.transpose() * D_I);
+    s_.spin_moments = generalised_forces(interior_, F_I, F_C, modes_.Phi, s_.M_cc);
+  }
+
+  // What the reduced matrices tell: in the first process.
+  void judge() {
+    const auto phase = r_.report.phase("diagonal form");
+    Conditioning& condition = r_.figures.condition;
+    condition.reduced_rigid = rigid_residual(s_.K_cc, reduced_rigid_modes(s_, s_.rigid_body.center).bottomRows(s_.c())).value;
+    const std::vector<Index> part = parts_of_interface(r_);
+    if (r_.settings.is_diagonal_read && s_.n() <= r_.settings.diagonal_limit) condition.n_rigid = add_diagonal_form(s_, part);
+    const Index loose = examine_reduced(s_, rigid_motions_of_parts(s_, part), condition);
+    if (loose >= 0) condition.loose_node = node_of_interface_dof(r_, loose);
+    report_conditioning(condition, r_.report);
+    warn_of_conditioning(condition, r_.report);
+    s_.conditioning = condition;
+  }
+
+  Reduction& r_;
+  const std::vector<BlockProperties>& properties_;
+  MassKind mass_;
+  int rank_;
+  Index n_below_ = -1;
+  bool is_proven_ = false;
+  DistributedInterior interior_;
+  InteriorSolver::Modes all_;
+  FixedInterfaceModes modes_;
+  Condensation condensed_;
+  Superelement s_;
+};
+
+}  // namespace
+
+Superelement reduce_in_processes(const Mesh& mesh, const std::vector<BlockProperties>& properties, MassKind mass,
+                                 const ReductionOptions& options, const ReduceSettings& settings, Report& report,
+                                 ReductionFigures* figures) {
+  refuse_unknown(options);
+  Reduction r{mesh, options, settings, report, {}, {}, {}, {}, {}, {}};
+  Superelement s = DistributedReduction(r, properties, mass).run();
+  if (figures != nullptr) *figures = r.figures;
+  return s;
+}
+
+}  // namespace cbr

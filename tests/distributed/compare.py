@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Superelements of one component that differ by round-off and by the signs of modes."""
+import h5py
+import numpy as np
+
+TOLERANCE = 1e-9
+# Of round-off itself, or of the reduction's own way.
+NOT_COMPARED = {"conditioning/mode_orthogonality", "conditioning/mode_residual", "conditioning/reduced_rigid_forces", "conditioning/rigid_forces",
+                "conditioning/reduced_mass", "conditioning/reduced_mass_scaled", "conditioning/smallest_pivot"}
+
+
+def contents(path):
+    found = {}
+    with h5py.File(path, "r") as file:
+        file.visititems(lambda name, item: found.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None)
+        found.update({f"attribute {name}": value for name, value in file.attrs.items()})
+    return found
+
+
+def aligned(x, sign, name):
+    """The sign of each mode is that of its row of M_kc in the other file."""
+    k = len(sign)
+    if name == "matrices/M_kc":
+        return sign[:, None] * x
+    if name == "spin_moments" or name.startswith("loads/") and x.ndim == 2:
+        return np.concatenate([sign[:, None] * x[:k], x[k:]])
+    return x
+
+
+def length(x, name, size):
+    """What differences are measured by: a centre by the size of the part, all else by the largest of its kind."""
+    return size if name == "rigid_body/center" else np.abs(x).max()
+
+
+def differences(one, other):
+    a, b = contents(one), contents(other)
+    sign = np.sign(np.sum(a["matrices/M_kc"] * b["matrices/M_kc"], axis=1))
+    size = np.ptp(a["nodes/coordinates"], axis=0).max()
+    for name in sorted(a.keys() | b.keys()):
+        if name in NOT_COMPARED or name == "diagonal/V" or name.startswith("accuracy/"):
+            continue
+        if name not in a or name not in b:
+            yield f"{name} is in one file alone"
+            continue
+        x, y = np.asarray(a[name]), np.asarray(b[name])
+        if x.dtype.kind != "f" or x.size == 0 or x.shape != y.shape:
+            if not np.array_equal(x, y):
+                yield f"{name} is not the same"
+            continue
+        error = np.abs(x - aligned(y, sign, name)).max() / max(length(x, name, size), 1e-300)
+        if not error <= TOLERANCE:
+            yield f"{name} differs by {error:.1e}"
+    if "diagonal/V" in a and "diagonal/V" in b:
+        yield from modes(a, b, sign)
+
+
+def modes(a, b, sign):
+    """Elastic modes that stand alone: (V1^T M V2)^2 = 1, by products with the other file's coordinates aligned."""
+    k = len(sign)
+    V, W = a["diagonal/V"], np.concatenate([sign[:, None] * b["diagonal/V"][:k], b["diagonal/V"][k:]])
+    M = np.block([[np.eye(k), a["matrices/M_kc"]], [a["matrices/M_kc"].T, a["matrices/M_cc"]]])
+    omega = a["diagonal/omega"]
+    alone = [j for j in range(6, min(40, len(omega) - 1)) if min(omega[j + 1] - omega[j], omega[j] - omega[j - 1]) > 1e-3 * omega[j]]
+    share = np.abs(np.sum(V[:, alone] * (M @ W[:, alone]), axis=0))
+    if not np.all(np.abs(share - 1) < TOLERANCE):
+        yield f"diagonal/V: modes overlap by {share.min():.12f} of 1"
