@@ -93,6 +93,7 @@ class DistributedReduction {
     finish_matrices();
     add_spin_moments();
     in_first([&] { judge(); });
+    tell_memory();
     return std::move(s_);
   }
 
@@ -281,6 +282,11 @@ class DistributedReduction {
     report_conditioning(condition, r_.report);
     warn_of_conditioning(condition, r_.report);
     s_.conditioning = condition;
+  }
+
+  void tell_memory() {
+    const double own = peak_memory_bytes(), most = largest(own), least = -largest(-own);
+    r_.report.line("  processes    peak memory of one " + human_bytes(least) + " to " + human_bytes(most));
   }
 
   Reduction& r_;
