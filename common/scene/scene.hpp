@@ -19,6 +19,9 @@
 
 namespace cbr {
 
+// Of six motions: x, y, z, and rotations about them.
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
 // Where a value stood, for messages that are found out later (a surface that the mesh does not have).
 struct SourceLine {
   std::string file;
@@ -101,10 +104,14 @@ struct Component {
   // False: key `superelement`, a file that is used as it is. There is no mesh, material or element then, and of `reduction`
   // only the file's name; cbr-dyn takes the rest from the file.
   bool has_mesh = true;
-  // Reference points that move as the nodes of a sideset or nodeset do in the mean.
+  // Reference points that move as the nodes of a sideset or nodeset do in the mean; `rigid`: and make them move as a rigid body.
   struct Point {
     std::string nodes;          // the set
     std::optional<Vector3> at;  // component axes; not given: the set's centre
+    bool rigid = false;         // key `coupling`
+    double mass = 0;
+    Matrix3 inertia = Matrix3::Zero();  // about the point, component axes
+    bool has_mass() const { return mass > 0 || !inertia.isZero(0); }
     SourceLine source;
   };
   std::map<std::string, Point> points;
@@ -155,7 +162,14 @@ struct SurfaceName {
   std::string text() const { return is_wall() ? surface : instance + "." + surface; }
 };
 
-// A rigid wall that does not move, in the scene's axes.
+struct History {
+  std::vector<double> time, value;
+};  // piecewise linear; constant before and after; empty: 1
+
+// How the nodes of a boundary condition, or a wall, move: not at all, or by what is given of their motion.
+enum class SupportMotion { none, displacement, velocity, acceleration };
+
+// A rigid wall, in the scene's axes.
 struct WallOptions {
   enum class Kind { plane, sphere, cylinder } kind = Kind::plane;
   std::string name;
@@ -163,15 +177,11 @@ struct WallOptions {
   Vector3 direction = Vector3::UnitZ();  // unit: the plane's normal, towards the bodies; the cylinder's axis
   double radius = 0;                     // of sphere and cylinder
   bool inside = false;                   // bodies are inside the sphere or cylinder
+  SupportMotion motion = SupportMotion::none;
+  Vector3 value = Vector3::Zero();  // of the motion: what the history multiplies
+  History history;
   SourceLine source;
 };
-
-struct History {
-  std::vector<double> time, value;
-};  // piecewise linear; constant before and after; empty: 1
-
-// How the nodes of a boundary condition move: not at all, or by what is given of their motion.
-enum class SupportMotion { none, displacement, velocity, acceleration };
 
 struct BoundaryCondition {
   std::string instance, nodes;  // a nodeset or sideset
@@ -217,11 +227,17 @@ struct ContactOptions {
   SourceLine source;
 };
 
-// Two points of instances, or a point and the ground, whose relative motion is held: all of it, or some of six motions.
+// Two points of instances, or a point and the ground. Some of six relative motions (x, y, z, and rotations about them) are held, some
+// have springs and dashpots: force = -stiffness motion - damping rate.
 struct LinkOptions {
-  SurfaceName first, second;       // a wall's name in `second` is the ground
-  std::array<bool, 6> fix{true, true, true, true, true, true};  // x, y, z, and rotations about them
-  Matrix3 axes = Matrix3::Identity();                           // rows: x, y, z of `fix`, scene axes
+  SurfaceName first, second;  // a wall's name in `second` is the ground
+  std::array<bool, 6> fix{true, true, true, true, true, true};
+  Matrix6 stiffness = Matrix6::Zero(), damping = Matrix6::Zero();  // symmetric, semi-definite; rows of motions that are free are 0
+  Matrix3 axes = Matrix3::Identity();                              // rows: x, y, z, scene axes
+  bool is_sprung(std::size_t motion) const {
+    const auto m = static_cast<Index>(motion);
+    return stiffness(m, m) > 0 || damping(m, m) > 0;
+  }
   SourceLine source;
 };
 

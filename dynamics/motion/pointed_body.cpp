@@ -52,16 +52,67 @@ AverageMaps average_maps(const AveragePoint& point, const Points& positions, con
   return maps;
 }
 
+Matrix deformation_rows(const AveragePoint& point, const Points& positions) {
+  const auto k = static_cast<Index>(point.nodes.size());
+  Matrix rigid = Matrix::Zero(6, 3 * k);
+  double size = 0;
+  for (Index i = 0; i < k; ++i) size = std::max(size, (positions.row(point.nodes[i]).transpose() - point.at).norm());
+  for (Index i = 0; i < k; ++i) {
+    rigid.block<3, 3>(0, 3 * i).setIdentity();
+    rigid.block<3, 3>(3, 3 * i) = cross((positions.row(point.nodes[i]).transpose() - point.at) / size);
+  }
+  return null_space(rigid, thin).transpose();
+}
+
 PointedBody::PointedBody(std::unique_ptr<Body> inner, std::vector<AveragePoint> points, const std::string& where)
     : inner_(std::move(inner)), points_(std::move(points)) {
   const Points& X = inner_->reference_positions();
   n_ = X.rows();
-  X_.resize(n_ + 2 * static_cast<Index>(points_.size()), 3);
-  X_.topRows(n_) = X;
   for (std::size_t j = 0; j < points_.size(); ++j) {
     maps_.push_back(average_maps(points_[j], X, where));
-    for (Index k = 0; k < 2; ++k) X_.row(n_ + 2 * static_cast<Index>(j) + k) = points_[j].at.transpose();
+    if (points_[j].rigid) add_deformations(j, where);
   }
+  const auto n_points = static_cast<Index>(points_.size());
+  X_.resize(n_ + 2 * n_points + static_cast<Index>(deformations_.size()), 3);
+  X_.topRows(n_) = X;
+  for (Index i = n_; i < X_.rows(); ++i) {
+    const Index k = i - n_ - 2 * n_points;
+    X_.row(i) = points_[k < 0 ? static_cast<std::size_t>((i - n_) / 2) : deformations_[static_cast<std::size_t>(k)].point].at.transpose();
+  }
+}
+
+void PointedBody::add_deformations(std::size_t point, const std::string& where) {
+  constexpr std::size_t most_nodes = 1000;  // every row is of all nodes
+  const std::size_t k = points_[point].nodes.size();
+  if (k > most_nodes)
+    throw InputError(where + ": coupling: rigid of " + std::to_string(k) + " nodes, at most " + std::to_string(most_nodes) +
+                     " can be: take a smaller set, or coupling: average");
+  const Matrix Z = deformation_rows(points_[point], inner_->reference_positions());
+  for (Index i = 0; i + 3 <= Z.rows(); i += 3) {
+    Extra extra{point, {}};
+    for (Index node = 0; node < static_cast<Index>(k); ++node) extra.maps.push_back(Z.block<3, 3>(i, 3 * node));
+    deformations_.push_back(std::move(extra));
+  }
+}
+
+std::vector<Index> PointedBody::deformation_nodes(Index point) const {
+  std::vector<Index> nodes;
+  for (std::size_t i = 0; i < deformations_.size(); ++i)
+    if (static_cast<Index>(deformations_[i].point) == point)
+      nodes.push_back(n_ + 2 * static_cast<Index>(points_.size()) + static_cast<Index>(i));
+  return nodes;
+}
+
+// Of a node behind those of the inner body.
+const std::vector<Matrix3>& PointedBody::maps_of(Index node, std::size_t& point) const {
+  const auto k = static_cast<std::size_t>(node - n_);
+  if (k >= 2 * points_.size()) {
+    const Extra& extra = deformations_[k - 2 * points_.size()];
+    point = extra.point;
+    return extra.maps;
+  }
+  point = k / 2;
+  return k % 2 == 0 ? maps_[point].d : maps_[point].theta;
 }
 
 Index PointedBody::track(const std::vector<Index>& nodes) {
@@ -74,7 +125,9 @@ Index PointedBody::track(const std::vector<Index>& nodes) {
     return static_cast<Index>(sets_.size()) - 1;
   }
   for (auto it = first_point; it != nodes.end(); ++it) {
-    const auto& of = points_[static_cast<std::size_t>((*it - n_) / 2)].nodes;
+    std::size_t point = 0;
+    maps_of(*it, point);
+    const auto& of = points_[point].nodes;
     inner.insert(inner.end(), of.begin(), of.end());
   }
   std::sort(inner.begin(), inner.end());
@@ -91,8 +144,8 @@ Index PointedBody::track(const std::vector<Index>& nodes) {
       add(i, nodes[i], Matrix3::Identity());
       continue;
     }
-    const auto j = static_cast<std::size_t>((nodes[i] - n_) / 2);
-    const auto& maps = (nodes[i] - n_) % 2 == 0 ? maps_[j].d : maps_[j].theta;
+    std::size_t j = 0;
+    const auto& maps = maps_of(nodes[i], j);
     for (std::size_t k = 0; k < points_[j].nodes.size(); ++k) add(i, points_[j].nodes[k], maps[k]);
   }
   set.E.resize(3 * static_cast<Index>(nodes.size()), 3 * static_cast<Index>(inner.size()));
@@ -189,6 +242,16 @@ void PointedBody::point_motion(Index point, Vector3& d, Vector3& theta, Vector3&
     velocity += maps_[point].d[i] * v.row(nodes[i]).transpose();
     spin += maps_[point].theta[i] * v.row(nodes[i]).transpose();
   }
+}
+
+void PointedBody::add_inner_terms(Index node, const Vector3& weight, std::vector<std::pair<Index, Vector3>>& terms) const {
+  if (node < n_) {
+    terms.emplace_back(node, weight);
+    return;
+  }
+  std::size_t j = 0;
+  const auto& maps = maps_of(node, j);
+  for (std::size_t i = 0; i < maps.size(); ++i) terms.emplace_back(points_[j].nodes[i], maps[i].transpose() * weight);
 }
 
 void PointedBody::add_point_force(Index point, const Vector3& force, const Vector3& moment, const LoadHistory& history) {

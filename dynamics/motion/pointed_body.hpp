@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "dynamics/motion/body.hpp"
@@ -18,6 +19,7 @@ struct AveragePoint {
   std::vector<Index> nodes;  // ascending
   Vector weights;            // of them, above 0
   Vector3 at;                // undeformed, scene axes
+  bool rigid = false;        // the nodes are to move as a rigid body
 };
 
 // The maps of u(nodes[i]) to d and theta, one of each for each node (3 x 3), scene axes. InputError, with `where`, if the nodes
@@ -27,8 +29,13 @@ struct AverageMaps {
 };
 AverageMaps average_maps(const AveragePoint& point, const Points& positions, const std::string& where);
 
+// Of k nodes, the k - 2 sums of three rows each that are 0 where and only where the nodes move as a rigid body: 3 (k - 2) x 3 k, an
+// orthonormal basis of what is orthogonal to rigid motions.
+Matrix deformation_rows(const AveragePoint& point, const Points& positions);
+
 // Point j has two nodes behind those of the inner body: n + 2 j moves by d, n + 2 j + 1 by theta, both from `at`. Impulses on them
-// are impulses and impulses of moments.
+// are impulses and impulses of moments. Behind those of all points a rigid one has nodes that move by deformation_rows(), three each,
+// from `at`: what holds them makes it rigid (RBE2).
 class PointedBody final : public Body {
  public:
   // Before any set is tracked.
@@ -36,8 +43,16 @@ class PointedBody final : public Body {
 
   Index translation_node(Index point) const { return n_ + 2 * point; }
   Index rotation_node(Index point) const { return n_ + 2 * point + 1; }
+  std::vector<Index> deformation_nodes(Index point) const;  // none where it is not rigid
+  // Whether impulses on a node change the momentum: not those on rotations and deformations.
+  bool takes_force(Index node) const {
+    return node < n_ || (node < n_ + 2 * static_cast<Index>(points_.size()) && (node - n_) % 2 == 0);
+  }
   // Translation and rotation now, and their rates, scene axes.
   void point_motion(Index point, Vector3& d, Vector3& theta, Vector3& velocity, Vector3& spin) const;
+  Body& inner() { return *inner_; }
+  // weight . u(node) of one of its nodes as a sum over those of the inner body.
+  void add_inner_terms(Index node, const Vector3& weight, std::vector<std::pair<Index, Vector3>>& terms) const;
   // A force and a moment on the point.
   void add_point_force(Index point, const Vector3& force, const Vector3& moment, const LoadHistory& history);
 
@@ -106,8 +121,16 @@ class PointedBody final : public Body {
   NodeResponse extended(const NodeSet& set, const NodeResponse& inner) const;
 
   std::unique_ptr<Body> inner_;
+  // A node behind those of the inner body: of which point, and its maps of that one's nodes.
+  struct Extra {
+    std::size_t point = 0;
+    std::vector<Matrix3> maps;
+  };
   std::vector<AveragePoint> points_;
   std::vector<AverageMaps> maps_;
+  std::vector<Extra> deformations_;  // nodes from n + 2 points on
+  void add_deformations(std::size_t point, const std::string& where);
+  const std::vector<Matrix3>& maps_of(Index node, std::size_t& point) const;
   Index n_ = 0;  // nodes of the inner body
   Points X_;
   std::vector<NodeSet> sets_;

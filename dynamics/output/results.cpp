@@ -27,7 +27,8 @@ std::string safe(std::string name) {
 
 void write_bodies(Hdf5Writer& file, const Simulation& simulation, const RunResult& result) {
   for (std::size_t b = 0; b < result.bodies.size(); ++b) {
-    const std::string group = "/instances/" + safe(simulation.bodies[b]->name()) + "/";
+    const bool is_joint = simulation.n_instances > 0 && b >= simulation.n_instances;
+    const std::string group = (is_joint ? "/joints/" : "/instances/") + safe(simulation.bodies[b]->name()) + "/";
     const RunResult::OfBody& of = result.bodies[b];
     file.write(group + "center_of_mass", points(of.center_of_mass));
     file.write(group + "momentum", points(of.momentum));
@@ -143,7 +144,7 @@ void write_results(const std::filesystem::path& path, const Simulation& simulati
   const auto start = Clock::now();
   Hdf5Writer file(path);
   file.attribute("/", "format", std::string("cbr-results"));
-  file.attribute("/", "format_version", std::string("1.6"));
+  file.attribute("/", "format_version", std::string("1.7"));
   file.attribute("/", "generator", std::string("cbr-dyn ") + version());
   Index n_dofs = 0;
   for (const auto& body : simulation.bodies) n_dofs += body->n_dofs();

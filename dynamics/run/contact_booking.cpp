@@ -64,6 +64,58 @@ void book(Simulation& sim, const ContactGroup& group, const EnforcementResult& r
   }
 }
 
+namespace {
+
+struct WallImpulse {
+  Vector3 normal = Vector3::Zero(), friction = Vector3::Zero();  // scene axes
+};
+
+WallImpulse wall_impulse(const ContactGroup& group, const ContactSearch& of, const EnforcementResult& result) {
+  WallImpulse sum;
+  for (auto i = of.first; i < of.last; ++i) {
+    const ContactPoint& point = group.list.points[i];
+    const Vector3 p = result.p.row(static_cast<Index>(i)).transpose();
+    sum.normal += p[0] * point.normal();
+    sum.friction += point.frame.bottomRows<2>().transpose() * p.tail<2>();
+  }
+  return sum;
+}
+
+void add_wall_work(const WallImpulse& impulse, const Vector3& way, PairState& state) {
+  state.wall_work += impulse.normal.dot(way);
+  state.wall_friction_work += impulse.friction.dot(way);
+}
+
+}  // namespace
+
+void book_walls(Simulation& sim, const ContactGroup& group, const EnforcementResult& result, double h) {
+  for (const ContactSearch& of : group.searches) {
+    ContactPair& pair = sim.pairs[of.pair];
+    if (pair.wall && !pair.wall->shift().way().isZero(0))
+      add_wall_work(wall_impulse(group, of, result), pair.wall->shift().way() / h, pair.state());
+  }
+}
+
+// Of the mean force over a load step: half of the work of the one at its start, and of the one at its end.
+void book_last_forces_of_walls(Simulation& sim) {
+  for (ContactPair& pair : sim.pairs) {
+    if (!pair.wall) continue;
+    PairState& state = pair.state();
+    add_wall_work({state.wall_force, state.wall_friction}, 0.5 * pair.wall->shift().way(), state);
+    state.wall_force.setZero(), state.wall_friction.setZero();
+  }
+}
+
+void book_walls_in_statics(Simulation& sim, const ContactGroup& group, const EnforcementResult& result) {
+  for (const ContactSearch& of : group.searches) {
+    ContactPair& pair = sim.pairs[of.pair];
+    if (!pair.wall) continue;
+    const WallImpulse force = wall_impulse(group, of, result);
+    add_wall_work(force, 0.5 * pair.wall->shift().way(), pair.state());
+    pair.state().wall_force = force.normal, pair.state().wall_friction = force.friction;
+  }
+}
+
 void remember(const Simulation& sim, const ContactGroup& group, const EnforcementResult& result) {
   for (const ContactSearch& of : group.searches) {
     const ContactPair& pair = sim.pairs[of.pair];

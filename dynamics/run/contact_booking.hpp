@@ -12,6 +12,12 @@ namespace cbr {
 void book(Simulation& simulation, const ContactGroup& group, const EnforcementResult& result, ContactState& state,
           ContactOutcome& outcome);
 
+// What walls that move have done on the bodies: h, a step's length; in statics first of the forces at the start of a load step, for all
+// pairs, and then of those at its end.
+void book_walls(Simulation& simulation, const ContactGroup& group, const EnforcementResult& result, double h);
+void book_last_forces_of_walls(Simulation& simulation);
+void book_walls_in_statics(Simulation& simulation, const ContactGroup& group, const EnforcementResult& result);
+
 // What the pairs' next search starts from.
 void remember(const Simulation& simulation, const ContactGroup& group, const EnforcementResult& result);
 

@@ -47,7 +47,8 @@ void search(Simulation& sim, Index p, bool back, bool initial, const ContactStat
   if (pair.law.law != ContactLaw::coulomb) return;
   for (std::size_t i = first; i < group.list.points.size(); ++i) {
     ContactPoint& point = group.list.points[i];
-    point.gap.tail<2>() = point.frame.bottomRows<2>() * relative_motion(group.list, point, state.bodies);
+    const Vector3 of_wall = pair.wall ? pair.wall->shift().way() : Vector3::Zero();
+    point.gap.tail<2>() = point.frame.bottomRows<2>() * (relative_motion(group.list, point, state.bodies) - of_wall);
   }
 }
 

@@ -102,13 +102,15 @@ Points elastic_slips(const ContactGroup& group) {
 }
 
 // Adds the step's motion to the stretch of the springs in contact; the others are let go.
-void stretch_springs(const ContactGroup& group, const EnforcementResult& result, const Points& slip, const ContactState& state) {
+void stretch_springs(const Simulation& sim, const ContactGroup& group, const EnforcementResult& result, const Points& slip, const ContactState& state) {
   for (const ContactSearch& of : group.searches) {
     of.memory->elastic_slip.setZero(of.memory->offset.size(), 3);
+    const auto& wall = sim.pairs[of.pair].wall;
     for (auto i = of.first; i < of.last; ++i) {
       const ContactPoint& point = group.list.points[i];
       if (group.laws[i].law != ContactLaw::coulomb || !(result.p(static_cast<Index>(i), 0) > 0)) continue;
-      const Vector3 motion = relative_motion(group.list, point, state.bodies);
+      Vector3 motion = relative_motion(group.list, point, state.bodies);
+      if (wall) motion -= wall->shift().way();
       of.memory->elastic_slip.row(point.slot) =
           slip.row(static_cast<Index>(i)) + (motion - point.normal() * point.normal().dot(motion)).transpose();
     }
@@ -129,9 +131,55 @@ bool is_newmark(const Simulation& sim, const ContactGroup& group) {
   return !group.bodies.empty() && sim.bodies[sim.contact_nodes[group.bodies.front()].body]->scheme() == Scheme::newmark;
 }
 
+// The points of the group that hold: springs have velocities of their own.
+struct Holding {
+  std::vector<Index> places;
+  ContactList list;
+  std::vector<PointLaw> laws;
+  Points p;
+  Points walls;  // velocities of the walls that points meet
+};
+
+Holding holding_points(const Simulation& sim, const ContactGroup& group, const Points& p) {
+  Holding of;
+  for (const ContactSearch& search : group.searches)
+    for (auto i = search.first; !sim.pairs[search.pair].yields && i < search.last; ++i) of.places.push_back(static_cast<Index>(i));
+  of.walls.setZero(static_cast<Index>(of.places.size()), 3);
+  for (Index row = 0; const ContactSearch& search : group.searches) {
+    if (sim.pairs[search.pair].yields) continue;
+    const auto n = static_cast<Index>(search.last - search.first);
+    if (const auto& wall = sim.pairs[search.pair].wall) of.walls.middleRows(row, n).rowwise() = wall->shift().velocity.transpose();
+    row += n;
+  }
+  if (of.places.size() == group.list.points.size()) {
+    of.list = group.list, of.laws = group.laws, of.p = p;
+    return of;
+  }
+  of.list.terms = group.list.terms;
+  for (const Index i : of.places) of.list.points.push_back(group.list.points[i]), of.laws.push_back(group.laws[i]);
+  of.p = p(of.places, Eigen::all);
+  return of;
+}
+
+// Of the points, in their frames.
+Points relative_velocities(const ContactList& list, const std::vector<Points>& v, const Points& walls) {
+  Points relative(static_cast<Index>(list.points.size()), 3);
+  for (Index i = 0; i < relative.rows(); ++i) {
+    const ContactPoint& point = list.points[i];
+    Vector3 sum = -walls.row(i).transpose();
+    for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {
+      const ContactTerm& term = list.terms[t];
+      sum += term.coefficient * v[term.body].row(term.node).transpose();
+    }
+    relative.row(i) = (point.frame * sum).transpose();
+  }
+  return relative;
+}
+
 // The velocities of what is closed; `result` has the total impulses then.
 void settle(Simulation& sim, const ContactGroup& group, ContactState& state, EnforcementResult& result) {
-  if (result.p.isZero(0)) return;
+  const Holding holding = holding_points(sim, group, result.p);
+  if (holding.p.isZero(0)) return;
   std::vector<Points> v(state.bodies.size());
   for (const Index b : group.bodies) {
     const ContactNodes& nodes = sim.contact_nodes[b];
@@ -140,23 +188,13 @@ void settle(Simulation& sim, const ContactGroup& group, ContactState& state, Enf
     if (contact.velocity_response.empty()) contact.velocity_response = sim.bodies[nodes.body]->velocity_response(nodes.set);
     contact.impulses.setZero(), contact.friction.setZero();
   }
-  Points relative(result.p.rows(), 3);
-  for (Index i = 0; i < relative.rows(); ++i) {
-    const ContactPoint& point = group.list.points[i];
-    Vector3 sum = Vector3::Zero();
-    for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {
-      const ContactTerm& term = group.list.terms[t];
-      sum += term.coefficient * v[term.body].row(term.node).transpose();
-    }
-    relative.row(i) = (point.frame * sum).transpose();
-  }
-  const Points change =
-      settle_velocities(group.list, group.laws, result.p, relative, state.bodies, state.settled[group.searches.front().pair]);
+  const Points change = settle_velocities(holding.list, holding.laws, holding.p, relative_velocities(holding.list, v, holding.walls), state.bodies,
+                                          state.settled[group.searches.front().pair]);
   if (!change.allFinite()) {
     result.residual = std::numeric_limits<double>::infinity();
     return;
   }
-  spread_impulses(group.list, group.laws, change, state.bodies);
+  spread_impulses(holding.list, holding.laws, change, state.bodies);
   for (const Index b : group.bodies) {
     ContactBody& contact = state.bodies[b];
     const ContactNodes& nodes = sim.contact_nodes[b];
@@ -165,7 +203,8 @@ void settle(Simulation& sim, const ContactGroup& group, ContactState& state, Enf
     if (!contact.friction.isZero(0)) body.add_end_impulses(nodes.set, contact.friction, ImpulseKind::friction);
     state.impulses_since_output[b] += contact.impulses + contact.friction;
   }
-  result.p += change;
+  for (std::size_t i = 0; i < holding.places.size(); ++i)
+    result.p.row(holding.places[i]) += change.row(static_cast<Index>(i));
 }
 
 // What statics do beside shapes with mass under the last step's forces, in scene axes: the predicted end is without it, and nearly
@@ -232,6 +271,7 @@ void solve_group(Simulation& sim, const std::vector<Index>& pairs, double h, boo
   EnforcementResult result = enforce(sim, group, h, state, outcome);
   if (is_newmark(sim, group)) settle(sim, group, state, result);
   book(sim, group, result, state, outcome);
+  book_walls(sim, group, result, h);
   remember(sim, group, result);
 }
 
@@ -266,6 +306,7 @@ void push_springs(Simulation& sim, Index p, double h, bool initial, ContactState
                                    pair.state().penalty, springs.slip);
   deliver(sim, group, false, h, state, outcome);
   book(sim, group, springs.result, state, outcome);
+  book_walls(sim, group, springs.result, h);
   pushed.push_back(std::move(springs));
 }
 
@@ -273,7 +314,7 @@ void push_springs(Simulation& sim, Index p, double h, bool initial, ContactState
 // comes by itself. Else it would count as found behind the face, and be left there, deeper with every step.
 void finish_springs(const Simulation& sim, const ContactState& state, PushedSprings& springs) {
   springs.result.gap.col(0) += normal_motions(springs.group, state) - springs.motion;
-  stretch_springs(springs.group, springs.result, springs.slip, state);
+  stretch_springs(sim, springs.group, springs.result, springs.slip, state);
   remember(sim, springs.group, springs.result);
 }
 

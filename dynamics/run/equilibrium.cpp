@@ -21,6 +21,8 @@ constexpr Index patience = 40, most_iterations = 200;
 constexpr double nothing = 1e-12;
 // A body that goes on by more than this share of its last move is let go faster, by this factor at a time.
 constexpr double goes_on = 0.5, let_go = 0.1, least_hold = 1e-6;
+// Bodies on springs, which are far softer than they, would be slow to follow; without contact that opens nothing else has to be held.
+constexpr double sprung_hold = 1e-3;
 // Of its own size, the way in one load step by which a body is not held.
 constexpr double lost = 10;
 
@@ -39,21 +41,29 @@ Equilibrium::Equilibrium(Simulation& simulation, ContactState& state, ContactOut
   moved_ = forces_;
   is_pushed_.assign(forces_.size(), 0);
   state_.islands.clear();
+  const auto any = [&](const auto& is) { return std::any_of(sim_.pairs.begin(), sim_.pairs.end(), is); };
+  if (any([](const ContactPair& pair) { return pair.yields; }))
+    full_hold_ = any([](const ContactPair& pair) { return pair.law.law != ContactLaw::tied; }) ? sprung_hold : least_hold;
 }
 
 void Equilibrium::preload(Index steps) {
   for (const Index p : pairs_)
     if (sim_.pairs[p].law.law != ContactLaw::tied) sim_.pairs[p].state().memory.lets_jump = true;
   add_bolts();
+  sim_.shift_walls(0, 0);
   for (Index i = 1; i <= steps; ++i) {
     const double share = static_cast<double>(i) / static_cast<double>(steps);
     resolve_overlaps(share);
-    iterate({0, share, 1});
+    iterate({0, share, full_hold_});
   }
   lock_bolts();
 }
 
-void Equilibrium::step(double t) { iterate({t, 1, 1}); }
+void Equilibrium::step(double t) {
+  sim_.shift_walls(last_t_, t);
+  last_t_ = t;
+  iterate({t, 1, full_hold_});
+}
 
 void Equilibrium::iterate(const Rest& loads) {
   outcome_.next_step();
@@ -64,7 +74,7 @@ void Equilibrium::iterate(const Rest& loads) {
   }
   keep_known();
   way_.assign(sim_.bodies.size(), 0), last_way_ = way_;
-  hold_ = 1, most_change_ = 0;
+  hold_ = full_hold_, most_change_ = 0;
   for (iteration_ = 1;; ++iteration_) {
     ++n_iterations_;
     Rest rest = loads;
@@ -93,7 +103,7 @@ void Equilibrium::iterate(const Rest& loads) {
 bool Equilibrium::is_done(double change, double energy) {
   most_change_ = std::max(most_change_, change);
   const double scale = energy + nothing * most_change_;
-  if (change <= aim * aim * scale && missing_pull_ <= aim && hold_ == 1 && iteration_ > 1) return true;
+  if (change <= aim * aim * scale && missing_pull_ <= aim && hold_ == full_hold_ && iteration_ > 1) return true;
   if (change == 0 && missing_pull_ == 0) return true;
   if (iteration_ >= patience && change <= enough * enough * scale) return true;
   if (iteration_ < most_iterations) return false;
@@ -114,7 +124,7 @@ void Equilibrium::watch(const std::vector<Settled>& settled, double t) {
     any |= iteration_ > 3 && settled[b].way > goes_on * last_way_[b] && settled[b].change > 1e-6 * most_change_;
     last_way_[b] = settled[b].way;
   }
-  hold_ = any ? std::max(least_hold, let_go * hold_) : std::min(1.0, hold_ / let_go);
+  hold_ = any ? std::max(least_hold, let_go * hold_) : std::min(full_hold_, hold_ / let_go);
 }
 
 void Equilibrium::refuse_unheld(Index b, double t) const {
@@ -209,13 +219,17 @@ void Equilibrium::book() {
     pair.impulse = pair.moment = Vector3::Zero();
     pair.normal_impulse = pair.area = 0;
   }
+  book_last_forces_of_walls(sim_);
   for (std::size_t c = 0; c < forces_.size(); ++c) {
     const ContactNodes& nodes = sim_.contact_nodes[c];
     sim_.bodies[nodes.body]->positions(nodes.set, state_.bodies[c].end);
     state_.impulses_since_output[c] = forces_[c];
     if (state_.normal_since_output[c].rows() > 0) state_.normal_since_output[c].setZero();
   }
-  for (const Solved& solved : solved_) cbr::book(sim_, solved.group, solved.result, state_, outcome_);
+  for (const Solved& solved : solved_) {
+    cbr::book(sim_, solved.group, solved.result, state_, outcome_);
+    book_walls_in_statics(sim_, solved.group, solved.result);
+  }
   for (const Index p : pairs_) {
     if (!outcome_.near[p] || outcome_.has_met[p]) continue;
     outcome_.has_met[p] = 1;

@@ -81,6 +81,8 @@ class Equilibrium {
   std::vector<double> way_, last_way_, extent_;  // per body: in this load step, of the last iteration; of its box
   bool initial_ = true;
   double resolved_ = 0;  // share of the overlaps
+  double last_t_ = 0;    // of the last load step
+  double full_hold_ = 1;  // where nothing goes on
   double hold_ = 1, most_change_ = 0;
   double missing_pull_ = 0;  // of the pretensions' forces, the largest share
   Index iteration_ = 0, n_iterations_ = 0;

@@ -20,6 +20,7 @@ void keep_pair(StateArchive& archive, ContactPair& pair) {
   archive(state.memory, state.back, state.penalty);
   if (pair.pretension) archive(state.tie_offset, pair.pretension->length);
   archive(state.penetration, state.residual, state.recent_penetration, state.recent_residual, state.n_fallbacks);
+  if (pair.wall) archive(state.wall_work, state.wall_friction_work, state.wall_force, state.wall_friction);
   archive(state.area, state.largest_area, state.impulse, state.moment, state.normal_impulse);
 }
 
@@ -91,7 +92,7 @@ static void keep_state(StateArchive& archive, RunResult& result) {
   archive(result.watches, result.scans);
 }
 
-void Equilibrium::keep_state(StateArchive& archive) { archive(forces_, is_pushed_, initial_, resolved_, n_iterations_); }
+void Equilibrium::keep_state(StateArchive& archive) { archive(forces_, is_pushed_, initial_, resolved_, last_t_, n_iterations_); }
 
 void Recorder::keep_state(StateArchive& archive) { archive(result_, last_, work_, before_); }
 

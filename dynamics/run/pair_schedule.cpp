@@ -241,6 +241,17 @@ MotionBound PairSchedule::bound_at(Index c, Index step) const {
   return known.step == step ? known.bound : later(known.bound, plan().time(step) - plan().time(known.step));
 }
 
+// Of a wall that moves: as if it stood still, and the bodies as much faster as it may be.
+MotionBound PairSchedule::seen_from_wall(Index p, MotionBound bound, Index step) const {
+  for (const MovingWall& moving : sim_.moving_walls) {
+    if (moving.wall != sim_.pairs[p].wall) continue;
+    const Vector3 shift = moving.motion.displacement(plan().time(step)), speed = moving.motion.largest_speed();
+    bound.lower -= shift, bound.upper -= shift;
+    bound.lower_speed -= speed, bound.upper_speed += speed;
+  }
+  return bound;
+}
+
 double PairSchedule::steps_apart(Index p, Index step) const {
   const ContactPair& pair = sim_.pairs[p];
   // Surfaces may overlap from the start by as much as a face, which flat ones seem apart by; later by what was found then, or nodes
@@ -250,7 +261,7 @@ double PairSchedule::steps_apart(Index p, Index step) const {
   const double margin =
       (step == 0 ? face_share(0) * largest_face_[p] : sim_.detection.late_depth * pair.master->size + overlap) + pair.adjust.value_or(0);
   const MotionBound slave = bound_at(pair.slave->body, step);
-  if (pair.wall) return std::floor(pair.wall->time_apart(slave, margin) / plan().h);
+  if (pair.wall) return std::floor(pair.wall->time_apart(seen_from_wall(p, slave, step), margin) / plan().h);
   // Nodes off the edges of faces may be held; two-way looks at those of either side
   const Vector3 beside = sim_.detection.overhang() * pair.master->extent.cwiseMax(pair.slave->extent);
   const double apart = time_apart(slave, bound_at(pair.master->body, step), beside.array() + margin);

@@ -66,6 +66,7 @@ class PairSchedule {
   void take(Index pair, Index step, std::vector<Index>& pairs);
   void form(Index contact, Index step, bool fine);
   MotionBound bound_at(Index contact, Index step) const;
+  MotionBound seen_from_wall(Index pair, MotionBound bound, Index step) const;
   double steps_apart(Index pair, Index step) const;
   void first_look(Index pair);
   void schedule(Index pair, Index step);

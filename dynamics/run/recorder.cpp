@@ -31,6 +31,18 @@ bool ends_finite(const RunResult::OfPair& of) {
          ends_finite(of.center_of_pressure);
 }
 
+// Sum of the impulses of contact since the last output, without those that are moments.
+Vector3 force_on(const Simulation& sim, std::size_t c, const ContactState& state) {
+  const ContactNodes& nodes = sim.contact_nodes[c];
+  const Points& impulses = state.impulses_since_output[c];
+  const auto* pointed = dynamic_cast<const PointedBody*>(sim.bodies[nodes.body].get());
+  if (pointed == nullptr) return impulses.colwise().sum().transpose();
+  Vector3 sum = Vector3::Zero();
+  for (std::size_t i = 0; i < nodes.nodes.size(); ++i)
+    if (pointed->takes_force(nodes.nodes[i])) sum += impulses.row(static_cast<Index>(i)).transpose();
+  return sum;
+}
+
 }  // namespace
 
 Recorder::Recorder(Simulation& simulation) : sim_(simulation) {
@@ -164,6 +176,12 @@ void Recorder::record_energy(const std::vector<char>& resting) {
     series.rotation = std::max(series.rotation, now.rotation);
     if (now.rotation > small_rotation && !series.turned_at) series.turned_at = result_.time.back();
   }
+  for (const ContactPair& pair : sim_.pairs) {
+    if (!pair.wall) continue;
+    const PairState& seen = pair.seen();
+    external += seen.wall_work + seen.wall_friction_work;
+    contact -= seen.wall_work, friction -= seen.wall_friction_work;
+  }
   if (result_.time.size() == 1) before_ = {external, contact, friction, damping, numerical};
   external -= before_.external, contact -= before_.contact, friction -= before_.friction;
   damping -= before_.damping, numerical -= before_.numerical;
@@ -178,9 +196,9 @@ void Recorder::record_energy(const std::vector<char>& resting) {
 
 // What changes the momentum beside loads and contact. Before the sums of contact begin anew.
 void Recorder::record_reactions(double t, double interval, const ContactState& state) {
-  std::vector<Vector3> of_contact(sim_.supports.size(), Vector3::Zero());
+  std::vector<Vector3> of_contact(sim_.supports.empty() ? 0 : sim_.bodies.size(), Vector3::Zero());
   for (std::size_t c = 0; c < sim_.contact_nodes.size() && !of_contact.empty(); ++c)
-    of_contact[sim_.contact_nodes[c].body] += state.impulses_since_output[c].colwise().sum().transpose();
+    of_contact[sim_.contact_nodes[c].body] += force_on(sim_, c, state);
   for (std::size_t b = 0; b < sim_.supports.size(); ++b) {
     if (!sim_.supports[b]) continue;
     RunResult::OfBody& of = result_.bodies[b];
@@ -198,9 +216,9 @@ void Recorder::record_reactions(double t, double interval, const ContactState& s
 }
 
 void Recorder::record_static_reactions(double t, const ContactState& state) {
-  std::vector<Vector3> rest(sim_.supports.size(), Vector3::Zero());
+  std::vector<Vector3> rest(sim_.supports.empty() ? 0 : sim_.bodies.size(), Vector3::Zero());
   for (std::size_t c = 0; c < sim_.contact_nodes.size() && !rest.empty(); ++c)
-    rest[sim_.contact_nodes[c].body] -= state.impulses_since_output[c].colwise().sum().transpose();
+    rest[sim_.contact_nodes[c].body] -= force_on(sim_, c, state);
   for (std::size_t b = 0; b < sim_.supports.size(); ++b) {
     if (!sim_.supports[b]) continue;
     for (const Supports::Resultant& load : sim_.supports[b]->loads) rest[b] -= load.history.value(t) * load.force;

@@ -17,4 +17,9 @@ const PairState& ContactPair::seen() const {
   return state_ ? *state_ : nothing;
 }
 
+void Simulation::shift_walls(double from, double to) {
+  for (const MovingWall& moving : moving_walls)
+    moving.wall->shift({moving.motion.displacement(from), moving.motion.displacement(to), moving.motion.velocity(to)});
+}
+
 }  // namespace cbr

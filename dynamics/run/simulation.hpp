@@ -15,6 +15,7 @@
 #include "dynamics/contact/search/detection.hpp"
 #include "dynamics/contact/search/rigid_wall.hpp"
 #include "dynamics/motion/body.hpp"
+#include "dynamics/motion/driven_motion.hpp"
 #include "dynamics/motion/pointed_body.hpp"
 #include "dynamics/run/time_plan.hpp"
 
@@ -41,6 +42,10 @@ struct PairState {
   double area = 0, largest_area = 0;
   Vector3 impulse = Vector3::Zero(), moment = Vector3::Zero();
   double normal_impulse = 0;
+  // Of a wall that moves: what it has done on the body along normals and by friction; of statics its forces of both kinds at the end
+  // of the last load step
+  double wall_work = 0, wall_friction_work = 0;
+  Vector3 wall_force = Vector3::Zero(), wall_friction = Vector3::Zero();
 };
 
 // `contact: all` makes one of every two instances, few of which ever come near each other: what is not the pair's own is shared,
@@ -59,6 +64,8 @@ struct ContactPair {
   std::optional<double> adjust;  // length, see ContactOptions
   std::optional<Pretension> pretension;
   bool is_link = false;           // of two points: its ties are there from the beginning
+  Index joint = -1;               // of a link with springs: their contact body, a third one beside those of slave and master
+  bool yields = false;            // springs: what the pair joins may move apart
   bool resolves_overlap = false;  // statics press apart what overlaps at the start
 
   bool has_state() const { return state_ != nullptr; }
@@ -129,11 +136,19 @@ struct Supports {
   std::vector<Resultant> loads;
 };
 
+// A wall that moves, and how.
+struct MovingWall {
+  std::shared_ptr<RigidWall> wall;
+  DrivenMotion motion;
+};
+
 struct Simulation {
-  std::vector<std::unique_ptr<Body>> bodies;
+  std::vector<std::unique_ptr<Body>> bodies;  // of the instances, then joints
+  std::size_t n_instances = 0;                // the first so many; 0: all
   std::vector<std::optional<Supports>> supports;  // per body; none: it is free. Empty: nobody asks
   std::vector<ContactNodes> contact_nodes;
   std::vector<ContactPair> pairs;
+  std::vector<MovingWall> moving_walls;
   std::vector<Monitor> monitors;
   std::vector<StressWatch> watches;
   std::vector<StressScan> scans;
@@ -141,6 +156,8 @@ struct Simulation {
   bool is_static = false;  // run_statics() is for it, not run()
   Index preload = 0;       // load steps of statics before the first step
   DetectionOptions detection;
+
+  void shift_walls(double from, double to);  // of a step between these times
 };
 
 // Rows of three, one per output time.

@@ -150,7 +150,11 @@ class TimeLoop {
   }
 
   void locate_due(Index step) {
-    for (const Index p : due_) locate(sim_.pairs[p].slave->body, step), locate(sim_.pairs[p].master->body, step);
+    for (const Index p : due_) {
+      const ContactPair& pair = sim_.pairs[p];
+      locate(pair.slave->body, step), locate(pair.master->body, step);
+      if (pair.joint >= 0) locate(pair.joint, step);
+    }
   }
 
   void set_out(Index step) {
@@ -168,6 +172,7 @@ class TimeLoop {
   void advance(Index step) {
     const bool initial = step == 0 && sim_.preload == 0;
     StepSeconds& seconds = recorder_.result().seconds;
+    sim_.shift_walls(plan().time(step), plan().time(step + 1));
     {
       const Stopwatch watch(seconds.bodies);
       set_out(step);
@@ -212,6 +217,7 @@ class TimeLoop {
     const Stopwatch watch(recorder_.result().seconds.output);
     const double t = plan().time(step_), interval = t - plan().time(recorded_);
     for (Index b = 0; b < static_cast<Index>(sim_.bodies.size()); ++b) bring(b, step_);
+    sim_.shift_walls(t, t);
     recorder_.record(t, interval, resting_, state_, outcome_);
     recorded_ = step_;
     if (options_.on_output) options_.on_output(step_, t);

@@ -112,6 +112,13 @@ void add_loads(const SceneIndex& index, BuiltScene& built) {
         built.simulation.bodies[b]->add_gravity(load.value, history);
         add_resultant(static_cast<Index>(b), built.instances[b].mass * load.value, history, built.simulation);
       }
+      for_each_point(index, [&](Index i, const std::string& name, const Component::Point& point) {
+        if (!(point.mass > 0)) return;
+        const Index place = point_place(index, index.scene().instances[i].name, name);
+        static_cast<PointedBody&>(*built.simulation.bodies[i])
+            .add_point_force(place, point.mass * load.value, Vector3::Zero(), history);
+        add_resultant(i, point.mass * load.value, history, built.simulation);
+      });
       continue;
     }
     const Index i = index.place(load.instance);

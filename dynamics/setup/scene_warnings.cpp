@@ -140,7 +140,7 @@ void warn_of_odd_scenes(const Scene& scene, const BuiltScene& built, Report& rep
   constexpr std::size_t most_pairs = 1000;
   const Simulation& sim = built.simulation;
   std::vector<Box> boxes;
-  for (std::size_t b = 0; b < sim.bodies.size(); ++b) boxes.push_back(extents(*sim.bodies[b], built.instances[b]));
+  for (std::size_t b = 0; b < built.instances.size(); ++b) boxes.push_back(extents(*sim.bodies[b], built.instances[b]));
   std::set<std::pair<Index, Index>> looked_at;
   for (std::size_t p = 0; p < std::min(sim.pairs.size(), most_pairs); ++p) {
     const ContactPair& pair = sim.pairs[p];
@@ -149,8 +149,8 @@ void warn_of_odd_scenes(const Scene& scene, const BuiltScene& built, Report& rep
     const std::pair<Index, Index> two =
         std::minmax(sim.contact_nodes[pair.slave->body].body, sim.contact_nodes[pair.master->body].body);
     // Of many instances most may be far from each other and near to others
-    const bool is_alone = !pair.of_all || sim.bodies.size() == 2;
-    if (is_alone && two.first != two.second && looked_at.insert(two).second)
+    const bool is_alone = !pair.of_all || built.instances.size() == 2;
+    if (is_alone && two.first != two.second && two.second < static_cast<Index>(boxes.size()) && looked_at.insert(two).second)
       warn_of_unit(scene, boxes, static_cast<std::size_t>(two.first), static_cast<std::size_t>(two.second), report);
   }
 }

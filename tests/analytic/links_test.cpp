@@ -90,6 +90,23 @@ TEST_P(Links, AHingeCarriesHalfOfTheWeight) {
   EXPECT_NEAR(last(ran.result.pairs[1].force, 1), 0, 1e-8 * weight);            // its moment
 }
 
+// The moment of a link is no force on the supports.
+TEST_P(Links, ReactionsHoldNoMoments) {
+  Joined scene{.kind = GetParam()};
+  scene.instances = bar(scene, "a", 0);
+  scene.boundary = "  - {instance: a, nodes: x_min, fix: [x, y, z]}\n";
+  scene.loads = "  - {instance: a, point: tip, force: [0, 0, 0.01]}\n";
+  scene.links = "  - {between: [a.tip, ground], fix: [ry]}\n";
+  for (const std::string time : {"end: 1, step: 1, static: true", "end: 1, preload: 2"}) {
+    scene.time = time;
+    scene.output = time.ends_with("true") ? "" : "every: 0.5";
+    const Ran ran = folder.run(yaml(scene));
+    const double moment = last(ran.result.pairs[0].force, 1);
+    EXPECT_NEAR(std::abs(moment), 0.01 * length / 2, 0.02 * 0.01 * length / 2);
+    EXPECT_LT((at(ran.body("a").reaction, ran.result.time.size() - 1) + Vector3(0, 0, 0.01)).norm(), 1e-8) << time;
+  }
+}
+
 TEST_P(Links, AMechanismIsRefused) {
   Joined scene{.kind = GetParam()};
   scene.instances = bar(scene, "a", 0) + bar(scene, "b", length);

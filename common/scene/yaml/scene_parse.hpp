@@ -41,10 +41,17 @@ void parse_boundary(const SceneNode& node, const std::filesystem::path& folder, 
 void parse_loads(const SceneNode& node, const std::filesystem::path& folder, const SceneNames& names, Scene& scene);
 // {time: [...], value: [...]}, {file: CSV} or {sine: {...}}: a table in each case.
 History parse_history(const SceneNode& node, const std::filesystem::path& folder, const Scene& scene);
+// At most one of displacement, velocity and acceleration, and its history.
+struct GivenMotion {
+  SupportMotion motion = SupportMotion::none;
+  Vector3 value = Vector3::Zero();
+  History history = {};
+};
+GivenMotion parse_motion(const SceneMap& map, const std::filesystem::path& folder, const Scene& scene);
 void parse_points(const SceneNode& node, Component& component);
 // After parse_instances().
 void parse_links(const SceneNode& node, const SceneNames& names, Scene& scene);
-void parse_walls(const SceneNode& node, Scene& scene, SceneNames& names);
+void parse_walls(const SceneNode& node, const std::filesystem::path& folder, Scene& scene, SceneNames& names);  // after parse_time()
 void parse_contact(const SceneNode& node, const SceneNames& names, Scene& scene);
 void parse_time(const SceneNode& node, Scene& scene);
 void parse_output(const SceneNode& node, const std::filesystem::path& folder, const SceneNames& names, Scene& scene);

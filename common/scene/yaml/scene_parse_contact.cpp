@@ -23,11 +23,13 @@ Vector3 parse_direction(const SceneNode& node) {
   return v / v.norm();
 }
 
-WallOptions parse_wall(const SceneNode& node, const std::string& name) {
-  const SceneMap map = node.map({"plane", "sphere", "cylinder"});
+WallOptions parse_wall(const SceneNode& node, const std::filesystem::path& folder, const Scene& scene, const std::string& name) {
+  const SceneMap map = node.map({"plane", "sphere", "cylinder", "displacement", "velocity", "acceleration", "history"});
   WallOptions wall;
   wall.name = name;
   wall.source = node.source();
+  GivenMotion given = parse_motion(map, folder, scene);
+  wall.motion = given.motion, wall.value = given.value, wall.history = std::move(given.history);
   const std::string shape = map.exactly_one({"plane", "sphere", "cylinder"});
   const SceneNode& body = map.at(shape);
   if (shape == "plane") {
@@ -173,7 +175,7 @@ SurfaceName parse_surface_name(const SceneNode& node, const Scene& scene, const 
   return {parse_instance_name(node, text.substr(0, dot), scene, names), text.substr(dot + 1), node.source()};
 }
 
-void parse_walls(const SceneNode& node, Scene& scene, SceneNames& names) {
+void parse_walls(const SceneNode& node, const std::filesystem::path& folder, Scene& scene, SceneNames& names) {
   const SceneMap map = node.map_of_any();
   for (const auto& [name, value] : map.entries()) {
     require_plain_name(value, "a wall", name);
@@ -183,7 +185,7 @@ void parse_walls(const SceneNode& node, Scene& scene, SceneNames& names) {
       value.fail("an instance has the name '" + name + "' too (line " + std::to_string(instance->source.line) +
                  "): give the wall another one");
     }
-    scene.walls.push_back(parse_wall(value, name));
+    scene.walls.push_back(parse_wall(value, folder, scene, name));
     names.walls.insert(name);
   }
 }

@@ -36,6 +36,78 @@ Matrix3 parse_link_axes(const SceneNode& node) {
   return axes;
 }
 
+// Positive definite but for rows of zeros: the pivots of its elimination are above 0.
+bool is_definite_where_not_zero(Matrix A) {
+  constexpr double singular = 1e-12;
+  const Vector diagonal = A.diagonal();
+  for (Index i = 0; i < A.rows(); ++i) {
+    if (diagonal[i] == 0 && A.row(i).isZero(0)) continue;
+    if (!(A(i, i) > singular * diagonal[i])) return false;
+    for (Index j = i + 1; j < A.rows(); ++j) A.row(j) -= A(j, i) / A(i, i) * A.row(i);
+  }
+  return true;
+}
+
+void require_definite(const SceneNode& node, const Matrix& A) {
+  if (!A.isApprox(A.transpose(), 1e-9)) node.fail("is not symmetric");
+  if (!is_definite_where_not_zero(A))
+    node.fail("is not positive definite, expected a matrix that resists every motion on whose diagonal it is not 0");
+}
+
+// Six numbers, of x, y, z, rx, ry, rz, or six rows of six.
+Matrix6 parse_six(const SceneNode& node) {
+  const auto rows = node.list();
+  if (rows.size() != 6) node.fail("has " + std::to_string(rows.size()) + " entries, expected six numbers, or six rows of six numbers");
+  Matrix6 A = Matrix6::Zero();
+  for (Index i = 0; i < 6; ++i) {
+    const SceneNode& row = rows[static_cast<std::size_t>(i)];
+    if (!row.is_list()) {
+      A(i, i) = row.not_negative();
+      continue;
+    }
+    const std::vector<double> values = row.numbers();
+    if (values.size() != 6) row.fail("has " + std::to_string(values.size()) + " numbers, expected six");
+    for (Index j = 0; j < 6; ++j) A(i, j) = values[static_cast<std::size_t>(j)];
+  }
+  require_definite(node, A);
+  if (A.isZero(0)) node.fail("is zero: leave it out");
+  return 0.5 * (A + A.transpose());
+}
+
+// [xx, yy, zz], or [xx, yy, zz, xy, yz, xz].
+Matrix3 parse_inertia(const SceneNode& node) {
+  const std::vector<double> v = node.numbers();
+  if (v.size() != 3 && v.size() != 6)
+    node.fail("has " + std::to_string(v.size()) + " numbers, expected three: [xx, yy, zz], or six: [xx, yy, zz, xy, yz, xz]");
+  Matrix3 inertia = Vector3(v[0], v[1], v[2]).asDiagonal();
+  if (v.size() == 6) {
+    inertia(0, 1) = inertia(1, 0) = v[3];
+    inertia(1, 2) = inertia(2, 1) = v[4];
+    inertia(0, 2) = inertia(2, 0) = v[5];
+  }
+  require_definite(node, inertia);
+  return inertia;
+}
+
+// A motion is held or sprung, not both. With springs nothing is held unless it is named.
+void parse_springs(const SceneMap& map, LinkOptions& link) {
+  const SceneNode *stiffness = map.find("stiffness"), *damping = map.find("damping"), *fix = map.find("fix");
+  if (stiffness != nullptr) link.stiffness = parse_six(*stiffness);
+  if (damping != nullptr) link.damping = parse_six(*damping);
+  if (stiffness == nullptr && damping == nullptr) return;
+  if (fix == nullptr) link.fix.fill(false);
+  for (const auto& [word, m] : motions)
+    if (link.fix[m] && link.is_sprung(m))
+      fix->fail("holds " + word + ", which has a spring or a dashpot too: give it one of the two");
+}
+
+void refuse_twice(const SceneNode& node, const LinkOptions& link, const Scene& scene) {
+  for (const LinkOptions& other : scene.links)
+    if (other.first.text() == link.first.text() && other.second.text() == link.second.text())
+      node.fail("links '" + link.first.text() + "' and '" + link.second.text() + "' as line " + std::to_string(other.source.line) +
+                " does: put both into one entry");
+}
+
 SurfaceName parse_point_name(const SceneNode& node, const Scene& scene, const SceneNames& names) {
   const SurfaceName name = parse_surface_name(node, scene, names);
   if (point_of(scene, name.instance, name.surface) != nullptr) return name;
@@ -48,20 +120,21 @@ void parse_points(const SceneNode& node, Component& component) {
   const SceneMap map = node.map_of_any();
   for (const auto& [name, value] : map.entries()) {
     require_plain_name(value, "a point", name);
-    const SceneMap of = value.map({"surface", "at", "coupling"});
+    const SceneMap of = value.map({"surface", "at", "coupling", "mass", "inertia"});
     Component::Point point;
     point.source = value.source();
     point.nodes = of.at("surface").text();
     if (const auto* at = of.find("at")) point.at = at->vector3();
-    if (const auto* coupling = of.find("coupling"); coupling != nullptr && coupling->text() != "average")
-      coupling->fail("found '" + coupling->text() + "', only 'average' is known: a rigid coupling is still to come");
+    if (const auto* coupling = of.find("coupling")) point.rigid = coupling->one_of<bool>({{"average", false}, {"rigid", true}});
+    if (const auto* mass = of.find("mass")) point.mass = mass->positive();
+    if (const auto* inertia = of.find("inertia")) point.inertia = parse_inertia(*inertia);
     component.points.emplace(name, point);
   }
 }
 
 void parse_links(const SceneNode& node, const SceneNames& names, Scene& scene) {
   node.for_each_item([&](const SceneNode& item) {
-    const SceneMap map = item.map({"between", "fix", "axes"});
+    const SceneMap map = item.map({"between", "fix", "axes", "stiffness", "damping"});
     LinkOptions link;
     link.source = item.source();
     const auto ends = map.at("between").list();
@@ -75,6 +148,8 @@ void parse_links(const SceneNode& node, const SceneNames& names, Scene& scene) {
     if (link.first.text() == link.second.text()) map.at("between").fail("'" + link.first.text() + "' cannot be linked to itself");
     if (const auto* fix = map.find("fix")) link.fix = parse_motions(*fix);
     if (const auto* axes = map.find("axes")) link.axes = parse_link_axes(*axes);
+    parse_springs(map, link);
+    refuse_twice(map.at("between"), link, scene);
     scene.links.push_back(link);
   });
 }

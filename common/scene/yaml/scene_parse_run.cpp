@@ -110,37 +110,35 @@ History without_jumps(const History& table, const SceneNode& node) {
   return history;
 }
 
-// At most one of the words of motion, and its history.
-void parse_motion(const SceneMap& map, const std::filesystem::path& folder, const Scene& scene, BoundaryCondition& condition) {
-  std::string given;
+}  // namespace
+
+GivenMotion parse_motion(const SceneMap& map, const std::filesystem::path& folder, const Scene& scene) {
+  GivenMotion given;
+  const SceneNode* value = nullptr;
   for (const auto& [word, motion] : motion_words) {
-    const SceneNode* value = map.find(word);
-    if (value == nullptr) continue;
-    if (!given.empty()) value->fail("stands beside '" + given + "', expected one of the two: remove the other");
-    given = word;
-    condition.motion = motion;
-    condition.value = value->vector3();
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      if (condition.value[static_cast<Index>(axis)] != 0 && !condition.fix[axis])
-        value->fail(std::string("moves along ") + "xyz"[axis] + ", which 'fix' leaves free: add it to 'fix', or give 0 there");
+    const SceneNode* found = map.find(word);
+    if (found == nullptr) continue;
+    if (value != nullptr) found->fail("stands beside '" + std::string(word_of(motion_words, given.motion)) + "', expected one of the two: remove the other");
+    value = found;
+    given.motion = motion;
+    given.value = found->vector3();
   }
   const SceneNode* history = map.find("history");
-  if (condition.motion == SupportMotion::none) {
+  if (value == nullptr) {
     if (history != nullptr) history->fail("needs one of displacement, velocity, acceleration beside it");
-    return;
+    return given;
   }
-  const bool is_displacement = condition.motion == SupportMotion::displacement;
+  const bool is_displacement = given.motion == SupportMotion::displacement;
   if (is_displacement && history == nullptr)
-    map.at(given).fail("needs a history, as nodes cannot be elsewhere at once: history: {time: [0, T], value: [0, 1]}");
-  if (history == nullptr) return;
+    value->fail("needs a history, as nothing can be elsewhere at once: history: {time: [0, T], value: [0, 1]}");
+  if (history == nullptr) return given;
   if (is_displacement && history->is_map() && history->map_of_any().find("sine") != nullptr)
     history->fail("a displacement that is a sine begins with a jump of the velocity: give velocity or acceleration with the sine");
-  condition.history = parse_history(*history, folder, scene);
-  if (condition.history.time.front() < 0) history->fail("begins before the time 0, expected times from 0 on");
-  if (condition.motion != SupportMotion::acceleration) condition.history = without_jumps(condition.history, *history);
+  given.history = parse_history(*history, folder, scene);
+  if (given.history.time.front() < 0) history->fail("begins before the time 0, expected times from 0 on");
+  if (given.motion != SupportMotion::acceleration) given.history = without_jumps(given.history, *history);
+  return given;
 }
-
-}  // namespace
 
 std::string parse_instance_name(const SceneNode& node, const std::string& name, const Scene& scene, const SceneNames& names) {
   if (names.instances.contains(name)) return name;
@@ -178,7 +176,12 @@ void parse_boundary(const SceneNode& node, const std::filesystem::path& folder, 
     condition.instance = parse_instance_name(map.at("instance"), scene, names);
     condition.nodes = map.at("nodes").text();
     condition.fix = parse_axes(map.at("fix"));
-    parse_motion(map, folder, scene, condition);
+    GivenMotion given = parse_motion(map, folder, scene);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      if (given.value[static_cast<Index>(axis)] != 0 && !condition.fix[axis])
+        map.at(std::string(word_of(motion_words, given.motion)))
+            .fail(std::string("moves along ") + "xyz"[axis] + ", which 'fix' leaves free: add it to 'fix', or give 0 there");
+    condition.motion = given.motion, condition.value = given.value, condition.history = std::move(given.history);
     scene.boundary.push_back(condition);
   });
 }

@@ -66,7 +66,7 @@ void parse_sections(const SceneMap& map, const fs::path& folder, Scene& scene) {
   if (const auto* node = map.find("time")) parse_time(*node, scene);
   if (const auto* node = map.find("boundary")) parse_boundary(*node, folder, names, scene);
   if (const auto* node = map.find("loads")) parse_loads(*node, folder, names, scene);
-  if (const auto* node = map.find("walls")) parse_walls(*node, scene, names);
+  if (const auto* node = map.find("walls")) parse_walls(*node, folder, scene, names);
   if (const auto* node = map.find("contact")) parse_contact(*node, names, scene);
   if (const auto* node = map.find("links")) parse_links(*node, names, scene);
   if (const auto* node = map.find("output")) parse_output(*node, folder, names, scene);

@@ -136,6 +136,10 @@ void write_component(const Component& component, std::ostream& out) {
     FlowMap map;
     map.add("surface", word(point.nodes));
     if (point.at) map.add("at", vector(*point.at));
+    map.add_if(point.rigid, "coupling", "rigid");
+    if (point.mass > 0) map.add("mass", number_text(point.mass));
+    const Matrix3& J = point.inertia;
+    if (!J.isZero(0)) map.add("inertia", numbers({J(0, 0), J(1, 1), J(2, 2), J(0, 1), J(1, 2), J(0, 2)}));
     out << "      " << word(name) << ": " << map.text() << "\n";
   }
   if (component.reduction) write_reduction(*component.reduction, out);
@@ -202,7 +206,11 @@ std::string wall_text(const WallOptions& wall) {
   if (wall.kind != WallOptions::Kind::plane) {
     map.add("radius", number_text(wall.radius)).add("inside", wall.inside ? "true" : "false");
   }
-  return FlowMap().add(word_of(wall_words, wall.kind), map.text()).text();
+  FlowMap of;
+  of.add(word_of(wall_words, wall.kind), map.text());
+  if (wall.motion == SupportMotion::none) return of.text();
+  of.add(word_of(motion_words, wall.motion), vector(wall.value));
+  return add_history(wall.history, of).text();
 }
 
 std::string contact_text(const ContactOptions& contact) {
@@ -219,13 +227,21 @@ std::string contact_text(const ContactOptions& contact) {
   return map.text();
 }
 
+std::string six_text(const Matrix6& A) {
+  std::vector<std::string> rows;
+  for (Index i = 0; i < 6; ++i) rows.push_back(numbers(std::vector<double>(A.row(i).begin(), A.row(i).end())));
+  return list(rows);
+}
+
 std::string link_text(const LinkOptions& link) {
   const char* const motions[] = {"x", "y", "z", "rx", "ry", "rz"};
   std::vector<std::string> fix;
   for (std::size_t m = 0; m < 6; ++m)
     if (link.fix[m]) fix.emplace_back(motions[m]);
   FlowMap map;
-  map.add("between", words({link.first.text(), link.second.text()})).add("fix", list(fix));
+  map.add("between", words({link.first.text(), link.second.text()})).add_if(!fix.empty(), "fix", list(fix));
+  if (!link.stiffness.isZero(0)) map.add("stiffness", six_text(link.stiffness));
+  if (!link.damping.isZero(0)) map.add("damping", six_text(link.damping));
   if (!link.axes.isIdentity(0))
     map.add("axes", list({vector(link.axes.row(0).transpose()), vector(link.axes.row(1).transpose())}));
   return map.text();

@@ -144,16 +144,20 @@ void detect_wall(const ContactSurface& slave, const ContactBody& slave_body, con
                  PairMemory& memory, ContactList& list) {
   const Index n = static_cast<Index>(slave.nodes.size());
   start_memory(n, memory);
+  const Vector3 &from = wall.shift().start, &to = wall.shift().end;
   if (std::isfinite(slave_body.longest_way)) {
     const Vector3 still = Vector3::Zero();
-    const MotionBound swept{slave_body.swept.lower, slave_body.swept.upper, still, still, still, still};
-    if (wall.time_apart(swept, contact_reach(slave.size, slave_body.longest_way, initial, memory)) > 0) return forget(memory);
+    const MotionBound swept{slave_body.swept.lower - from.cwiseMax(to), slave_body.swept.upper - from.cwiseMin(to), still, still, still, still};
+    const double way = slave_body.longest_way + (to - from).norm();
+    if (wall.time_apart(swept, contact_reach(slave.size, way, initial, memory)) > 0) return forget(memory);
   }
   double way2 = 0;
-  for (const Index node : slave.nodes) way2 = std::max(way2, (slave_body.end.row(node) - slave_body.start.row(node)).squaredNorm());
+  for (const Index node : slave.nodes)
+    way2 = std::max(way2, ((slave_body.end.row(node) - slave_body.start.row(node)).transpose() - (to - from)).squaredNorm());
   const double reach = contact_reach(slave.size, std::sqrt(way2), initial, memory);
   for (Index slot = 0; slot < n; ++slot) {
-    const Vector3 x0 = slave_body.start.row(slave.nodes[slot]).transpose(), x1 = slave_body.end.row(slave.nodes[slot]).transpose();
+    const Vector3 x0 = slave_body.start.row(slave.nodes[slot]).transpose() - from;
+    const Vector3 x1 = slave_body.end.row(slave.nodes[slot]).transpose() - to;
     const double start = wall.distance(x0);
     double end = wall.distance(x1);
     Vector3 normal = wall.normal(x1);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A rigid wall that does not move: plane, sphere or cylinder.
+// A rigid wall: plane, sphere or cylinder. It may be shifted, but does not turn.
 #pragma once
 
 #include <string>
@@ -16,6 +16,14 @@ class RigidWall {
   explicit RigidWall(const WallOptions& options);
 
   const std::string& name() const { return options_.name; }
+  // By how much it is shifted at the start and at the end of a step, and how fast at the end. All calls below are about the wall
+  // where it was at first.
+  struct Shift {
+    Vector3 start = Vector3::Zero(), end = Vector3::Zero(), velocity = Vector3::Zero();
+    Vector3 way() const { return end - start; }
+  };
+  void shift(const Shift& shift) { shift_ = shift; }
+  const Shift& shift() const { return shift_; }
   double distance(const Vector3& x) const;  // signed; < 0: in the wall
   Vector3 normal(const Vector3& x) const;   // unit, out of the wall at the point nearest to x; on an axis or at a centre: any
   // Nodes within the bound do not reach the wall before this time (0: not known to be free of it; HUGE_VAL: never).
@@ -26,6 +34,7 @@ class RigidWall {
 
  private:
   WallOptions options_;
+  Shift shift_;
 };
 
 // Appends a point for each slave node that is near the wall or gets behind it in this step; its only term is the slave node. The

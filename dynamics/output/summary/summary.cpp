@@ -82,7 +82,7 @@ double round_off_energy(const BuiltScene& built) {
 
 // Gaps and strains are differences of positions: far from the origin these keep too few digits of them.
 void distance_warning(const BuiltScene& built, Report& report) {
-  for (std::size_t i = 0; i < built.simulation.bodies.size(); ++i) {
+  for (std::size_t i = 0; i < built.instances.size(); ++i) {
     const Points& x = built.simulation.bodies[i]->reference_positions();
     const double size = (x.colwise().maxCoeff() - x.colwise().minCoeff()).maxCoeff(), reach = x.cwiseAbs().maxCoeff();
     const double digit = std::numeric_limits<double>::epsilon() * reach;

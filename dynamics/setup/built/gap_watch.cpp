@@ -50,6 +50,7 @@ void GapWatch::start(Simulation& simulation) {
 void GapWatch::look(const Simulation& simulation) {
   for (Watched& watched : watched_) {
     if (simulation.pairs[static_cast<std::size_t>(watched.pair)].seen().largest_area > 0) continue;
+    if (const auto& wall = simulation.pairs[static_cast<std::size_t>(watched.pair)].wall) watched.master.shift = wall->shift().end;
     for (Side* side : {&watched.slave, &watched.master}) {
       if (side->body < 0) continue;
       Vector3 position, velocity;
@@ -70,7 +71,7 @@ double GapWatch::sampled(const Simulation& simulation, const Watched& watched) {
   double least = HUGE_VAL;
   for (Index i = 0; i < x.rows(); ++i) {
     if (pair.wall) {
-      least = std::min(least, pair.wall->distance(x.row(i).transpose()));
+      least = std::min(least, pair.wall->distance(x.row(i).transpose() - watched.master.shift));
       continue;
     }
     const Eigen::RowVector3d at = x.row(i) - watched.master.shift.transpose();
@@ -89,7 +90,7 @@ double GapWatch::distance(const Simulation& simulation, const Watched& watched, 
   }
   double least = HUGE_VAL;
   for (const Index node : pair.slave->nodes)
-    least = std::min(least, pair.wall->distance(slave.row(node).transpose() + slave_shift));
+    least = std::min(least, pair.wall->distance(slave.row(node).transpose() + slave_shift - master_shift));
   return std::max(least, 0.0);
 }
 

@@ -19,6 +19,12 @@ SceneIndex::SceneIndex(const Scene& scene) : scene_(scene), of_(scene.instances.
       of->touches = true, of->nodal |= nodal, of->other |= other;
     }
   }
+  for (const LinkOptions& link : scene.links)
+    for (const SurfaceName* end : {&link.first, &link.second})
+      if (!end->is_wall()) find(end->instance)->other = true;
+  for (const Instance& instance : scene.instances)
+    for (const auto& [name, point] : component_of(scene, instance).points)
+      if (point.has_mass() || point.rigid) find(instance.name)->other = true;
 }
 
 }  // namespace cbr

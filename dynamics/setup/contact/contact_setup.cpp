@@ -253,6 +253,7 @@ PointLaw law_of(const ContactOptions& options) {
 // What pairs of one entry or one wall share.
 class SharedByPairs {
  public:
+  SharedByPairs(Simulation& simulation, double end) : sim_(simulation), end_(end) {}
   std::shared_ptr<const SourceLine> source(const ContactOptions& options) {
     auto& source = sources_[&options];
     if (!source) source = std::make_shared<const SourceLine>(options.source);
@@ -260,13 +261,25 @@ class SharedByPairs {
   }
   std::shared_ptr<const RigidWall> wall(const WallOptions& options) {
     auto& wall = walls_[&options];
-    if (!wall) wall = std::make_shared<const RigidWall>(options);
+    if (wall) return wall;
+    wall = std::make_shared<RigidWall>(options);
+    if (options.motion != SupportMotion::none) sim_.moving_walls.push_back({wall, motion_of(options)});
     return wall;
   }
 
  private:
+  DrivenMotion motion_of(const WallOptions& options) const {
+    DrivenMotion motion;
+    for (int axis = 0; axis < 3; ++axis)
+      if (options.value[axis] != 0)
+        motion.axes[static_cast<std::size_t>(axis)].emplace_back(options.motion, options.value[axis], options.history, 0, end_);
+    return motion;
+  }
+
+  Simulation& sim_;
+  double end_;
   std::unordered_map<const ContactOptions*, std::shared_ptr<const SourceLine>> sources_;
-  std::unordered_map<const WallOptions*, std::shared_ptr<const RigidWall>> walls_;
+  std::unordered_map<const WallOptions*, std::shared_ptr<RigidWall>> walls_;
 };
 
 // Whose nodes are looked at: those of the finer surface; of equal ones the first. Mortar pushes along the master's normals: of a
@@ -377,7 +390,7 @@ std::vector<ContactKind> add_contact(const SceneIndex& index, BuiltScene& built,
   if (std::find(fields.begin(), fields.end(), "contact_pressure") != fields.end())
     fill_areas(names, contact_of_instance, sides, sim);
   sim.pairs.reserve(entries.size());
-  SharedByPairs shared;
+  SharedByPairs shared(sim, index.scene().time->end);
   const ContactOptions* warned = nullptr;  // once for all pairs of an entry
   for (const Entry& entry : entries) {
     ContactPair pair = pair_of(entry, contact_of_instance, shared, sides);
@@ -393,10 +406,16 @@ std::vector<ContactKind> add_contact(const SceneIndex& index, BuiltScene& built,
     look_for_friction_shapes(sim.pairs.back(), built, index.scene(), report);
     if (warned->enforcement == Enforcement::nodal) warn_nodal(*entry.options, built, sim.pairs.back(), report);
   }
+  sim.n_instances = sim.bodies.size();
   add_links(index, contact_of_instance, built);
+  const auto is_hard = [&](Index i) { in_contact[i] = std::max(in_contact[i], ContactKind::hard); };
   for (const LinkOptions& link : index.scene().links)
     for (const SurfaceName* end : {&link.first, &link.second})
-      if (!end->is_wall()) in_contact[index.place(end->instance)] = std::max(in_contact[index.place(end->instance)], ContactKind::hard);
+      if (!end->is_wall()) is_hard(index.place(end->instance));
+  for_each_point(index, [&](Index i, const std::string&, const Component::Point& point) {
+    if (point.has_mass() || point.rigid) is_hard(i);
+  });
+  in_contact.resize(sim.bodies.size(), ContactKind::none);
   return in_contact;
 }
 

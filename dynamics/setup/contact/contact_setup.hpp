@@ -14,7 +14,7 @@ namespace cbr {
 void require_memory_for_pairs(double n_pairs, double memory, const ContactOptions& all);
 
 // Fills contact_nodes and pairs. The finer surface (smaller mean face) gives the slave nodes; of equal ones the first named.
-// Returns per instance how it is in a pair. Warns of `nodal` enforcement with the weights that it uses.
+// Adds links, and joints behind the bodies. Returns per body how it is in a pair. Warns of `nodal` enforcement with the weights that it uses.
 std::vector<ContactKind> add_contact(const SceneIndex& index, BuiltScene& built, Report& report);
 
 }  // namespace cbr

@@ -6,6 +6,7 @@
 
 #include "common/base/error.hpp"
 #include "common/mesh/face_weights.hpp"
+#include "dynamics/motion/joint_body.hpp"
 #include "dynamics/setup/components/geometry.hpp"
 
 namespace cbr {
@@ -28,6 +29,7 @@ AveragePoint average_point(const Instance& instance, const Geometry& geometry, c
     at += average.weights[static_cast<Index>(i)] * geometry.coordinates.row(average.nodes[i]).transpose();
   at = point.at.value_or(at / average.weights.sum());
   average.at = instance.transformation() * at + instance.position;
+  average.rigid = point.rigid;
   return average;
 }
 
@@ -47,45 +49,210 @@ Index second_place(const SceneIndex& index, const LinkOptions& link) {
   return place;
 }
 
-// What one of the two pairs of a link holds.
-void add_pair(const LinkOptions& link, const std::string& what, std::size_t first_motion, Index body_a, Index node_a, Index body_b,
-              Index node_b, Simulation& sim) {
-  ContactPoint point;
-  point.frame = link.axes;
-  bool any = false;
-  for (std::size_t d = 0; d < 3; ++d) {
-    any |= link.fix[first_motion + d];
-    // A row of zeros holds nothing
-    if (!link.fix[first_motion + d]) point.frame.row(static_cast<Index>(d)).setZero();
-  }
-  if (!any) return;
-  const auto surface = [&](const SurfaceName& name, Index body) {
-    auto of = std::make_shared<ContactSurface>();
-    of->name = name.text() + what;
-    of->body = body;
-    of->sizes = Vector::Zero(1);
-    return of;
-  };
+// A node of a point, or of a joint, by its contact body and its place there.
+struct Slot {
+  Index contact = 0, node = -1;  // -1: there is none
+};
+
+// A pair without faces: a point of three rows, each of them axis d of the frame where `is_on`. None where no row is.
+struct PairOptions {
+  std::string name;
+  SourceLine source;
+  SurfaceName first, second;
+  Matrix3 axes = Matrix3::Identity();
+  std::array<bool, 3> is_on{};
+};
+
+std::shared_ptr<const ContactSurface> no_faces(const std::string& name, Index contact) {
+  auto of = std::make_shared<ContactSurface>();
+  of->name = name;
+  of->body = contact;
+  of->sizes = Vector::Zero(1);
+  return of;
+}
+
+ContactPair pair_of(const PairOptions& options, Index contact_a, Index contact_b) {
   ContactPair pair;
-  pair.source = std::make_shared<const SourceLine>(link.source);
-  pair.name = link.first.text() + " - " + link.second.text() + what;
+  pair.source = std::make_shared<const SourceLine>(options.source);
+  pair.name = options.name;
   pair.law = {ContactLaw::tied, 0};
   pair.is_link = true;
-  pair.slave = surface(link.first, body_a);
-  pair.master = surface(link.second, body_b);
+  pair.slave = no_faces(options.first.text(), contact_a);
+  pair.master = no_faces(options.second.text(), contact_b);
+  return pair;
+}
+
+void add_pair(const PairOptions& options, const Slot& a, const Slot& b, const Slot& joint, Simulation& sim) {
+  ContactPoint point;
+  point.frame = options.axes;
+  bool any = false;
+  for (std::size_t d = 0; d < 3; ++d) {
+    any |= options.is_on[d];
+    // A row of zeros holds nothing
+    if (!options.is_on[d]) point.frame.row(static_cast<Index>(d)).setZero();
+  }
+  if (!any) return;
+  ContactPair pair = pair_of(options, a.contact, b.contact);
   PairState& state = pair.state();
-  state.ties.terms.push_back({body_a, node_a, 1});
-  if (node_b >= 0) state.ties.terms.push_back({body_b, node_b, -1});
+  state.tie_offset = Points::Zero(1, 3);
+  const auto add = [&](const Slot& slot, double coefficient) {
+    if (slot.node < 0) return;
+    state.ties.terms.push_back({slot.contact, slot.node, coefficient});
+    const ContactNodes& nodes = sim.contact_nodes[slot.contact];
+    state.tie_offset += coefficient * sim.bodies[nodes.body]->reference_positions().row(nodes.nodes[slot.node]);
+  };
+  add(a, 1), add(b, -1), add(joint, -1);
+  if (joint.node >= 0) pair.joint = joint.contact;
+  pair.yields = joint.node >= 0;
   point.n_terms = static_cast<Index>(state.ties.terms.size());
   state.ties.points.push_back(point);
-  const auto reference = [&](Index contact, Index node) {
-    const ContactNodes& nodes = sim.contact_nodes[contact];
-    return Vector3(sim.bodies[nodes.body]->reference_positions().row(nodes.nodes[node]).transpose());
-  };
-  state.tie_offset = reference(body_a, node_a).transpose();
-  if (node_b >= 0) state.tie_offset -= reference(body_b, node_b).transpose();
   sim.pairs.push_back(std::move(pair));
 }
+
+// Its contact body.
+Index add_joint(Joint joint, const Scene& scene, Simulation& sim) {
+  const Scheme scheme = scene.time->integrator == Integrator::newmark ? Scheme::newmark : Scheme::exact;
+  sim.bodies.push_back(std::make_unique<JointBody>(std::move(joint), scheme));
+  ContactNodes contact;
+  contact.body = static_cast<Index>(sim.bodies.size()) - 1;
+  contact.nodes = {0, 1};
+  contact.set = sim.bodies.back()->track(contact.nodes);
+  sim.contact_nodes.push_back(std::move(contact));
+  return static_cast<Index>(sim.contact_nodes.size()) - 1;
+}
+
+// A point of an instance as contact sees it: the nodes of its translation and rotation.
+struct PointSlots {
+  Slot translation, rotation;
+};
+
+class LinkMaker {
+ public:
+  LinkMaker(const SceneIndex& index, const std::map<Index, Index>& contact_of_instance, BuiltScene& built)
+      : index_(index), contact_of_instance_(contact_of_instance), built_(built), sim_(built.simulation) {}
+
+  void add(const LinkOptions& link) {
+    const PointSlots a = slots(link.first.instance, point_place(index_, link.first.instance, link.first.surface));
+    PointSlots b{{a.translation.contact, -1}, {a.rotation.contact, -1}};
+    if (link.second.is_wall()) {
+      built_.momentum_is_kept = false;
+    } else {
+      b = slots(link.second.instance, second_place(index_, link));
+    }
+    const std::string name = link.first.text() + " - " + link.second.text();
+    std::array<bool, 6> sprung{};
+    bool is_sprung = false;
+    for (std::size_t m = 0; m < 6; ++m) is_sprung |= sprung[m] = link.is_sprung(m);
+    add_two(link, name, name + ", moment", link.fix, a, b, {});
+    if (!is_sprung) return;
+    refuse_dashpots_in_statics(link);
+    Joint joint;
+    joint.name = name;
+    joint.at = sim_.bodies[sim_.contact_nodes[a.translation.contact].body]->reference_positions().row(
+        sim_.contact_nodes[a.translation.contact].nodes[a.translation.node]).transpose();
+    joint.axes = link.axes, joint.stiffness = link.stiffness, joint.damping = link.damping;
+    joint.is_late = is_massless(link.first) || is_massless(link.second);
+    const Index contact = add_joint(std::move(joint), index_.scene(), sim_);
+    add_two(link, name + ", spring", name + ", spring moment", sprung, a, b, {{contact, 0}, {contact, 1}});
+  }
+
+  // The mass of a point, which its point carries along.
+  void add_mass(Index i, const std::string& name, const Component::Point& point) {
+    const Instance& instance = index_.scene().instances[i];
+    const Index place = point_place(index_, instance.name, name);
+    const PointSlots a = slots(instance.name, place);
+    const auto& body = static_cast<const PointedBody&>(*sim_.bodies[i]);
+    Joint joint;
+    joint.name = instance.name + "." + name;
+    joint.at = body.reference_positions().row(body.translation_node(place)).transpose();
+    joint.axes = instance.transformation().transpose();
+    joint.mass.diagonal().head<3>().setConstant(point.mass);
+    joint.mass.bottomRightCorner<3, 3>() = point.inertia;
+    Vector3 d, theta, velocity, spin;
+    body.point_motion(place, d, theta, velocity, spin);
+    joint.rates << joint.axes * velocity, joint.axes * spin;
+    const double omega = body.largest_frequency();
+    joint.static_pull = no_pull * (omega > 0 ? omega * omega : 1);
+    std::array<bool, 6> is_on{};
+    for (Index m = 0; m < 6; ++m) is_on[static_cast<std::size_t>(m)] = joint.mass(m, m) > 0;
+    for (Index m = 0; m < 6; ++m)
+      if (!(joint.mass(m, m) > 0)) joint.rates[m] = 0;
+    LinkOptions link;
+    link.source = point.source;
+    link.first = {instance.name, name, point.source}, link.second = {"", "mass", point.source};
+    link.axes = joint.axes;
+    const Index contact = add_joint(std::move(joint), index_.scene(), sim_);
+    const std::string text = link.first.text() + " - mass";
+    add_two(link, text, text + ", moment", is_on, a, {{contact, 0}, {contact, 1}}, {});
+  }
+
+  // Every motion of the set's nodes but that of a rigid body is held.
+  void add_rigid(Index i, const std::string& name, const Component::Point& point) {
+    const std::string& instance = index_.scene().instances[i].name;
+    const auto& body = static_cast<const PointedBody&>(*sim_.bodies[i]);
+    const Index contact = contact_of_instance_.at(i);
+    PairOptions options;
+    options.name = instance + "." + name + ", rigid";
+    options.source = point.source;
+    options.first = options.second = {instance, name, point.source};
+    ContactPair pair = pair_of(options, contact, contact);
+    PairState& state = pair.state();
+    const std::vector<Index> nodes = body.deformation_nodes(point_place(index_, instance, name));
+    state.tie_offset.resize(static_cast<Index>(nodes.size()), 3);
+    for (std::size_t k = 0; k < nodes.size(); ++k) {
+      ContactPoint held;
+      held.slot = held.first_term = static_cast<Index>(k), held.n_terms = 1;
+      state.ties.terms.push_back({contact, slot(contact, nodes[k]).node, 1});
+      state.ties.points.push_back(held);
+      state.tie_offset.row(static_cast<Index>(k)) = body.reference_positions().row(nodes[k]);
+    }
+    if (!nodes.empty()) sim_.pairs.push_back(std::move(pair));
+  }
+
+ private:
+  // Of the square of the highest frequency: without a share in equilibrium.
+  static constexpr double no_pull = 1e-10;
+
+  Slot slot(Index contact, Index node) const {
+    const auto& nodes = sim_.contact_nodes[contact].nodes;
+    return {contact, static_cast<Index>(std::lower_bound(nodes.begin(), nodes.end(), node) - nodes.begin())};
+  }
+
+  PointSlots slots(const std::string& instance, Index place) const {
+    const Index i = index_.place(instance), contact = contact_of_instance_.at(i);
+    const auto& body = static_cast<const PointedBody&>(*sim_.bodies[i]);
+    return {slot(contact, body.translation_node(place)), slot(contact, body.rotation_node(place))};
+  }
+
+  bool is_massless(const SurfaceName& end) const {
+    if (end.is_wall()) return false;
+    const Instance& instance = instance_named(index_, end.instance);
+    const Component& component = component_of(index_.scene(), instance);
+    return instance.as == InstanceKind::superelement && component.reduction && component.reduction->is_massless();
+  }
+
+  // Forces along `axes`, and moments about them.
+  void add_two(const LinkOptions& link, const std::string& force, const std::string& moment, const std::array<bool, 6>& is_on,
+               const PointSlots& a, const PointSlots& b, const PointSlots& joint) {
+    PairOptions options{force, link.source, link.first, link.second, link.axes, {is_on[0], is_on[1], is_on[2]}};
+    add_pair(options, a.translation, b.translation, joint.translation, sim_);
+    options.name = moment, options.is_on = {is_on[3], is_on[4], is_on[5]};
+    add_pair(options, a.rotation, b.rotation, joint.rotation, sim_);
+  }
+
+  void refuse_dashpots_in_statics(const LinkOptions& link) const {
+    if (!index_.scene().time->is_static && preload_steps(index_.scene()) == 0) return;
+    for (Index m = 0; m < 6; ++m)
+      if (link.damping(m, m) > 0 && !(link.stiffness(m, m) > 0))
+        throw InputError(link.source.text() + ": links: damping without stiffness holds nothing in statics (time.static, "
+                         "time.preload): give the motion a stiffness, or leave its damping out");
+  }
+
+  const SceneIndex& index_;
+  const std::map<Index, Index>& contact_of_instance_;
+  BuiltScene& built_;
+  Simulation& sim_;
+};
 
 }  // namespace
 
@@ -100,6 +267,7 @@ std::vector<AveragePoint> points_of(const SceneIndex& index, const BuiltScene& b
   for (const LinkOptions& link : scene.links) {
     if (link.second.instance != instance.name) continue;
     AveragePoint second = average(i, named_point(index, link.second));
+    second.rigid = false;  // the point itself is
     second.at = average(index.place(link.first.instance), named_point(index, link.first)).at;
     points.push_back(std::move(second));
   }
@@ -117,6 +285,13 @@ std::map<Index, std::set<Index>> linked_nodes(const SceneIndex& index, const Bui
     const auto& body = static_cast<const PointedBody&>(*built.simulation.bodies[instance]);
     nodes[instance].insert({body.translation_node(place), body.rotation_node(place)});
   };
+  for_each_point(index, [&](Index i, const std::string& name, const Component::Point& point) {
+    const Index place = point_place(index, index.scene().instances[i].name, name);
+    if (point.has_mass()) add(i, place);
+    if (!point.rigid) return;
+    const auto& body = static_cast<const PointedBody&>(*built.simulation.bodies[i]);
+    for (const Index node : body.deformation_nodes(place)) nodes[i].insert(node);
+  });
   for (const LinkOptions& link : index.scene().links) {
     add(index.place(link.first.instance), point_place(index, link.first.instance, link.first.surface));
     if (!link.second.is_wall()) add(index.place(link.second.instance), second_place(index, link));
@@ -125,28 +300,18 @@ std::map<Index, std::set<Index>> linked_nodes(const SceneIndex& index, const Bui
 }
 
 void add_links(const SceneIndex& index, const std::map<Index, Index>& contact_of_instance, BuiltScene& built) {
-  Simulation& sim = built.simulation;
-  const auto slot = [&](Index contact, Index node) {
-    const auto& nodes = sim.contact_nodes[contact].nodes;
-    return static_cast<Index>(std::lower_bound(nodes.begin(), nodes.end(), node) - nodes.begin());
-  };
-  for (const LinkOptions& link : index.scene().links) {
-    const Index a = index.place(link.first.instance), contact_a = contact_of_instance.at(a);
-    const auto& body_a = static_cast<const PointedBody&>(*sim.bodies[a]);
-    const Index place_a = point_place(index, link.first.instance, link.first.surface);
-    Index contact_b = contact_a, translation_b = -1, rotation_b = -1;
-    if (!link.second.is_wall()) {
-      const Index b = index.place(link.second.instance), place_b = second_place(index, link);
-      const auto& body_b = static_cast<const PointedBody&>(*sim.bodies[b]);
-      contact_b = contact_of_instance.at(b);
-      translation_b = slot(contact_b, body_b.translation_node(place_b));
-      rotation_b = slot(contact_b, body_b.rotation_node(place_b));
-    } else {
-      built.momentum_is_kept = false;
-    }
-    add_pair(link, "", 0, contact_a, slot(contact_a, body_a.translation_node(place_a)), contact_b, translation_b, sim);
-    add_pair(link, ", moment", 3, contact_a, slot(contact_a, body_a.rotation_node(place_a)), contact_b, rotation_b, sim);
-  }
+  LinkMaker maker(index, contact_of_instance, built);
+  for (const LinkOptions& link : index.scene().links) maker.add(link);
+  for_each_point(index, [&](Index i, const std::string& name, const Component::Point& point) {
+    if (point.rigid) maker.add_rigid(i, name, point);
+    if (point.has_mass()) maker.add_mass(i, name, point);
+  });
+}
+
+void for_each_point(const SceneIndex& index, const PointVisit& visit) {
+  const Scene& scene = index.scene();
+  for (Index i = 0; i < static_cast<Index>(scene.instances.size()); ++i)
+    for (const auto& [name, point] : component_of(scene, scene.instances[i]).points) visit(i, name, point);
 }
 
 }  // namespace cbr

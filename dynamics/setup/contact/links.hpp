@@ -2,6 +2,7 @@
 // Reference points of instances, and what links them.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <set>
 
@@ -18,10 +19,15 @@ std::vector<AveragePoint> points_of(const SceneIndex& index, const BuiltScene& b
 // Place of a named point among them.
 Index point_place(const SceneIndex& index, const std::string& instance, const std::string& point);
 
-// The nodes of points that links hold, by instance.
+// All points of all instances: the instance, the name, the point.
+using PointVisit = std::function<void(Index, const std::string&, const Component::Point&)>;
+void for_each_point(const SceneIndex& index, const PointVisit& visit);
+
+// The nodes of points that links hold, that have mass or are rigid, by instance.
 std::map<Index, std::set<Index>> linked_nodes(const SceneIndex& index, const BuiltScene& built);
 
-// A pair of surfaces without faces for the translations of each link, and one for its rotations. contact_of_instance: places in
+// A pair of surfaces without faces for the translations that each link holds, and one for its rotations; the same for those that
+// have springs, and for the masses of points, each with a joint behind the bodies; and one for what keeps a point's nodes rigid. contact_of_instance: places in
 // Simulation::contact_nodes.
 void add_links(const SceneIndex& index, const std::map<Index, Index>& contact_of_instance, BuiltScene& built);
 

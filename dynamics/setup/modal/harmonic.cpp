@@ -78,6 +78,7 @@ struct Asked {
 class Sweep {
  public:
   Sweep(const Scene& scene, const ModalScene& modal) : modal_(modal), drives_(drives_of(scene)), asked_(modal.bodies.size()) {
+    drives_.resize(modal.bodies.size());
     for (std::size_t t = 0; t < modal.ties.size(); ++t)
       for (const auto& [body, sum] : modal.ties[t].of_bodies) {
         Asked& of = asked_[static_cast<std::size_t>(body)];
@@ -119,7 +120,9 @@ class Sweep {
       throw InputError(name.source.text() + ": output.history: '" + name.text() +
                        "' is inside a superelement: a sweep knows nodes of the interface only");
     const auto& of = modal_.built.instances[static_cast<std::size_t>(monitor.body)];
-    const std::vector<Index> nodes = find_nodes(*of.geometry, name.instance, name.surface, name.source);
+    const std::vector<Index> nodes = monitor.pointed != nullptr
+                                         ? std::vector<Index>{monitor.pointed->translation_node(monitor.point)}
+                                         : find_nodes(*of.geometry, name.instance, name.surface, name.source);
     Asked& asked = asked_[static_cast<std::size_t>(monitor.body)];
     asked.set.push_back(set);
     for (int axis = 0; axis < 3; ++axis) {
@@ -162,10 +165,19 @@ class Sweep {
     return y;
   }
 
-  Matrix statics(std::size_t b, double w) const {
+  ComplexMatrix statics(std::size_t b, double w) const {
     const ModalAnswer& of = asked_[b].answer;
-    if (of.S_0.size() == 0) return Matrix::Zero(of.A.rows(), of.A.rows());
-    return of.S_1.size() == 0 ? of.S_0 : Matrix(of.S_0 + (w * w - of.sigma) * of.S_1);
+    if (of.B.size() > 0) return springs(of, w);
+    if (of.S_0.size() == 0) return ComplexMatrix::Zero(of.A.rows(), of.A.rows());
+    return (of.S_1.size() == 0 ? of.S_0 : Matrix(of.S_0 + (w * w - of.sigma) * of.S_1)).cast<Complex>();
+  }
+
+  // B (K + i w C)^-1 B^T, a column at a time.
+  static ComplexMatrix springs(const ModalAnswer& of, double w) {
+    const ComplexMatrix D = of.K.cast<Complex>() + Complex(0, w) * of.C.cast<Complex>();
+    ComplexMatrix S(of.B.rows(), of.B.rows());
+    for (Index i = 0; i < S.cols(); ++i) S.col(i) = of.B.cast<Complex>() * solve(D, of.B.row(i).transpose().cast<Complex>());
+    return S;
   }
 
   void add_ties(std::size_t b, const ComplexVector& inverse, const ComplexVector& y, double w, ComplexMatrix& W,
@@ -174,7 +186,7 @@ class Sweep {
     const auto m = static_cast<Index>(tie.size());
     if (m == 0) return;
     const ComplexMatrix A = asked_[b].answer.A.topRows(m).cast<Complex>();
-    const ComplexMatrix of_body = A * inverse.asDiagonal() * A.transpose() + statics(b, w).topLeftCorner(m, m).cast<Complex>();
+    const ComplexMatrix of_body = A * inverse.asDiagonal() * A.transpose() + statics(b, w).topLeftCorner(m, m);
     for (Index i = 0; i < m; ++i) {
       apart[tie[static_cast<std::size_t>(i)]] += y[i];
       for (Index j = 0; j < m; ++j) W(tie[static_cast<std::size_t>(i)], tie[static_cast<std::size_t>(j)]) += of_body(i, j);
@@ -207,7 +219,7 @@ class Sweep {
     if (m > 0) {
       const ComplexVector p = force(of.tie);
       y += of.answer.A.bottomRows(n).cast<Complex>() * inverse.cwiseProduct(of.answer.A.topRows(m).transpose().cast<Complex>() * p);
-      y += statics(b, w).bottomLeftCorner(n, m).cast<Complex>() * p;
+      y += statics(b, w).bottomLeftCorner(n, m) * p;
     }
     for (std::size_t i = 0; i < of.set.size(); ++i)
       out.segment<3>(3 * static_cast<Index>(of.set[i])) = y.segment<3>(3 * static_cast<Index>(i));

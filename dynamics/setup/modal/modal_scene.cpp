@@ -4,15 +4,26 @@
 #include <algorithm>
 
 #include "common/base/error.hpp"
+#include "common/linalg/dense.hpp"
 #include "dynamics/run/contact_step.hpp"
 
 namespace cbr {
 namespace {
 
-// Components of the relative position of a tied point, each a row.
+// The motion of a joint that the weight is along has no spring.
+bool is_without_spring(const JointBody& joint, Index node, const Vector3& weight) {
+  if (joint.joint().is_mass()) return false;
+  Vector6 motion = Vector6::Zero();
+  motion.segment<3>(3 * node) = joint.joint().axes * weight;
+  return (joint.joint().stiffness * motion).isZero(0);
+}
+
+// Components of the relative position of a tied point, each a row; a frame's row of zeros is none.
 void add_rows(const Simulation& sim, const ContactList& list, std::vector<TieRow>& rows) {
   for (const ContactPoint& point : list.points) {
     for (int axis = 0; axis < 3; ++axis) {
+      const Vector3 direction = point.frame.row(axis).transpose();
+      if (direction.isZero(0)) continue;
       TieRow row;
       for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {
         const ContactTerm& term = list.terms[static_cast<std::size_t>(t)];
@@ -20,16 +31,40 @@ void add_rows(const Simulation& sim, const ContactList& list, std::vector<TieRow
         const auto of =
             std::find_if(row.of_bodies.begin(), row.of_bodies.end(), [&](const auto& one) { return one.first == contact.body; });
         NodalSum& sum = of == row.of_bodies.end() ? row.of_bodies.emplace_back(contact.body, NodalSum()).second : of->second;
-        sum.terms.emplace_back(contact.nodes[static_cast<std::size_t>(term.node)], term.coefficient * Vector3::Unit(axis));
+        const Index node = contact.nodes[static_cast<std::size_t>(term.node)];
+        sum.terms.emplace_back(node, term.coefficient * direction);
+        if (const auto* joint = dynamic_cast<const JointBody*>(sim.bodies[contact.body].get()))
+          row.is_dashpot |= is_without_spring(*joint, node, direction);
       }
       rows.push_back(std::move(row));
     }
   }
 }
 
+// M = L L^T over the motions that have mass: L^-T as columns, 6 x n, so that V^T M V = 1.
+Matrix mass_shapes(const Matrix6& M) {
+  std::vector<Index> rows;
+  for (Index i = 0; i < 6; ++i)
+    if (!M.row(i).isZero(0)) rows.push_back(i);
+  const auto n = static_cast<Index>(rows.size());
+  Matrix V = Matrix::Zero(6, n), columns = Matrix::Identity(n, n);
+  if (n == 0) return V;
+  Cholesky(M(rows, rows)).solve_upper_in_place(columns);
+  V(rows, Eigen::all) = columns;
+  return V;
+}
+
 }  // namespace
 
-ModalBody::ModalBody(Body& body, const MeshModes* mesh) : mesh_(mesh) {
+ModalBody::ModalBody(Body& body_of_scene, const MeshModes* mesh) : mesh_(mesh) {
+  joint_ = dynamic_cast<const JointBody*>(&body_of_scene);
+  if (joint_ != nullptr) {
+    omega_ = Vector::Zero(mass_shapes(joint_->joint().mass).cols());
+    return;
+  }
+  auto* pointed = dynamic_cast<PointedBody*>(&body_of_scene);
+  pointed_ = pointed;
+  Body& body = pointed != nullptr ? pointed->inner() : body_of_scene;
   if (auto* statics = dynamic_cast<StaticsBody*>(&body)) {
     statics_ = statics;
     modal_ = &statics->modal();
@@ -37,14 +72,18 @@ ModalBody::ModalBody(Body& body, const MeshModes* mesh) : mesh_(mesh) {
     modal_ = dynamic_cast<SuperelementBody*>(&body);
   }
   if (modal_ == nullptr) throw InputError("instance '" + body.name() + "' does not move in modal coordinates");
+  omega_ = modal_->form().omega;
 }
 
 Vector ModalBody::damping_rates() const {
-  const Vector& c = modal_->damping_rates();
-  return c.size() > 0 ? c : Vector(Vector::Zero(omega().size()));
+  if (is_joint() || modal_->damping_rates().size() == 0) return Vector::Zero(omega().size());
+  return modal_->damping_rates();
 }
 
+Vector ModalBody::loads() const { return is_joint() ? Vector(Vector::Zero(omega().size())) : modal_->load_amplitude(); }
+
 Vector ModalBody::gravity(const Vector3& acceleration) const {
+  if (is_joint()) return Vector::Zero(omega().size());
   return modal_->form().E.leftCols(3) * (modal_->axes().transpose() * acceleration);
 }
 
@@ -62,6 +101,32 @@ Matrix ModalBody::modal_rows(const std::vector<NodalSum>& sums) const {
 }
 
 ModalAnswer ModalBody::answer(const std::vector<NodalSum>& sums) const {
+  if (is_joint()) return answer_of_joint(sums);
+  if (pointed_ == nullptr) return answer_of_modes(sums);
+  std::vector<NodalSum> inner(sums.size());
+  for (std::size_t i = 0; i < sums.size(); ++i)
+    for (const auto& [node, weight] : sums[i].terms) pointed_->add_inner_terms(node, weight, inner[i].terms);
+  return answer_of_modes(inner);
+}
+
+ModalAnswer ModalBody::answer_of_joint(const std::vector<NodalSum>& sums) const {
+  const Joint& joint = joint_->joint();
+  const auto m = static_cast<Index>(sums.size());
+  Matrix B = Matrix::Zero(m, 6);
+  for (Index i = 0; i < m; ++i)
+    for (const auto& [node, weight] : sums[static_cast<std::size_t>(i)].terms)
+      B.row(i).segment<3>(3 * node) += (joint.axes * weight).transpose();
+  ModalAnswer answer;
+  answer.r_0 = answer.r_1 = Vector::Zero(m);
+  answer.I_0 = answer.I_1 = Matrix::Zero(m, 3);
+  answer.A = B * mass_shapes(joint.mass);
+  if (joint.is_mass()) return answer;
+  answer.S_0 = B * joint_->compliance() * B.transpose();
+  answer.B = B, answer.K = joint.stiffness, answer.C = joint.damping;
+  return answer;
+}
+
+ModalAnswer ModalBody::answer_of_modes(const std::vector<NodalSum>& sums) const {
   ModalAnswer answer;
   answer.A = modal_rows(sums);
   const auto m = static_cast<Index>(sums.size());
@@ -119,16 +184,17 @@ std::unique_ptr<ModalScene> modal_scene(const Scene& scene, const MeshModesWante
   modal->built = build(modal->scene, report, options);
   Simulation& sim = modal->built.simulation;
   for (std::size_t b = 0; b < sim.bodies.size(); ++b)
-    modal->bodies.emplace_back(*sim.bodies[b], modal->built.instances[b].modes.get());
+    modal->bodies.emplace_back(*sim.bodies[b], b < modal->built.instances.size() ? modal->built.instances[b].modes.get() : nullptr);
   start_contact(sim);
   for (const ContactPair& pair : sim.pairs)
     if (pair.has_state() && !pair.seen().ties.empty())
       for (const Index c : {pair.slave->body, pair.master->body}) {
-        const BuiltScene::OfInstance& of =
-            modal->built.instances[static_cast<std::size_t>(sim.contact_nodes[static_cast<std::size_t>(c)].body)];
+        const auto b = static_cast<std::size_t>(sim.contact_nodes[static_cast<std::size_t>(c)].body);
+        if (b >= modal->built.instances.size()) continue;
+        const BuiltScene::OfInstance& of = modal->built.instances[b];
         if (of.modes)
-          throw InputError(pair.source->text() + ": contact: tied: instance '" + of.name +
-                           "' (as: mesh) cannot be tied with --modes or --sweep: use as: superelement");
+          throw InputError(pair.source->text() + (pair.is_link ? ": links: instance '" : ": contact: tied: instance '") + of.name +
+                           "' (as: mesh) cannot be tied or linked, nor have masses of points, with --modes or --sweep: use as: superelement");
       }
   for (const ContactPair& pair : sim.pairs)
     if (pair.has_state()) add_rows(sim, pair.seen().ties, modal->ties);

@@ -11,7 +11,9 @@
 
 #include "common/app/report.hpp"
 #include "common/scene/scene.hpp"
+#include "dynamics/motion/joint_body.hpp"
 #include "dynamics/motion/modal/statics_body.hpp"
+#include "dynamics/motion/pointed_body.hpp"
 #include "dynamics/setup/bodies/mesh_modes.hpp"
 #include "dynamics/setup/build.hpp"
 
@@ -24,7 +26,7 @@ struct NodalSum {
 
 // How a body answers: of m sums y and forces p on them, with eta'' + c eta' + omega^2 eta = g + A^T p,
 //   y = A eta + S_0 p + r_0 + (w^2 - sigma) (S_1 p + r_1)
-// and, of an acceleration a of the whole body (component axes), (I_0 + (w^2 - sigma) I_1) a.
+// and of springs and dashpots y = B (K + i w C)^-1 B^T p, whose S_0 is that without C; and, of an acceleration a of the whole body (component axes), (I_0 + (w^2 - sigma) I_1) a.
 // S, r and I: statics of what is not in the modes (bases massless and characteristic; meshes in their lowest modes, w: rad/s).
 struct ModalAnswer {
   Matrix A;         // m x n
@@ -32,24 +34,34 @@ struct ModalAnswer {
   Vector r_0, r_1;  // m, of the body's own loads
   Matrix I_0, I_1;  // m x 3
   double sigma = 0;
+  Matrix B;              // m x 6, of springs, else 0 x 0
+  Matrix6 K, C;
 };
 
 // One body of the scene, as build() has made it.
 class ModalBody {
  public:
   ModalBody(Body& body, const MeshModes* mesh);
-  const Vector& omega() const { return modal_->form().omega; }
+  bool is_joint() const { return joint_ != nullptr; }
+  const Vector& omega() const { return omega_; }
   Vector damping_rates() const;  // n
-  Vector loads() const { return modal_->load_amplitude(); }
+  Vector loads() const;
   // Forces of an acceleration of the whole body, scene axes (n): what modal coordinates feel of it.
   Vector gravity(const Vector3& acceleration) const;
   ModalAnswer answer(const std::vector<NodalSum>& sums) const;
-  Vector3 local(const Vector3& v) const { return modal_->axes().transpose() * v; }
-  void take_shape(const Vector& eta) { modal_->take_shape(eta); }
+  Vector3 local(const Vector3& v) const { return modal_ != nullptr ? Vector3(modal_->axes().transpose() * v) : v; }
+  void take_shape(const Vector& eta) {
+    if (modal_ != nullptr) modal_->take_shape(eta);
+  }
 
  private:
   Matrix modal_rows(const std::vector<NodalSum>& sums) const;
-  SuperelementBody* modal_ = nullptr;
+  ModalAnswer answer_of_modes(const std::vector<NodalSum>& sums) const;
+  ModalAnswer answer_of_joint(const std::vector<NodalSum>& sums) const;
+  SuperelementBody* modal_ = nullptr;  // or
+  const JointBody* joint_ = nullptr;
+  const PointedBody* pointed_ = nullptr;  // of the first
+  Vector omega_;
   const StaticsBody* statics_ = nullptr;
   const MeshModes* mesh_ = nullptr;
 };
@@ -57,6 +69,7 @@ class ModalBody {
 // A row of what ties keep at zero: sums of displacements of two bodies.
 struct TieRow {
   std::vector<std::pair<Index, NodalSum>> of_bodies;
+  bool is_dashpot = false;  // no stiffness: it acts in a sweep, and as damping of modes
 };
 
 struct ModalScene {

@@ -47,12 +47,30 @@ std::vector<std::vector<Index>> groups_of(const ModalScene& scene) {
   return groups;
 }
 
-// Coordinates of several bodies one after the other, and the rows that ties keep at zero: A eta + S p = 0, p what the ties carry.
-struct Joined {
-  Vector lambda, c;  // n, of the bodies' own modes
-  Matrix A, S;       // m x n, m x m
-  std::vector<Index> first;
+// Springs and dashpots of a joint: what they join moves by -B^T y, y the rows of ties that they are in.
+struct Dashpots {
+  std::vector<Index> rows;
+  Matrix B;  // rows x 6
+  Matrix6 C;
 };
+
+// Coordinates of several bodies one after the other, and the rows that ties keep at zero: A eta + S p = 0, p what the ties carry.
+// Without joints a row is A eta + S_bodies p.
+struct Joined {
+  Vector lambda, c;             // n, of the bodies' own modes
+  Matrix A, S, S_bodies;        // m x n, m x m
+  std::vector<Index> first;
+  std::vector<Index> stiff;     // rows that carry a force: all but those of dashpots without springs
+  std::vector<Dashpots> dashpots;
+};
+
+void join_body(const ModalBody& body, const std::vector<NodalSum>& sums, const std::vector<Index>& rows, Index first, Joined& joined) {
+  const ModalAnswer answer = body.answer(sums);
+  joined.A(rows, Eigen::seqN(first, answer.A.cols())) += answer.A;
+  if (answer.S_0.size() > 0) joined.S(rows, rows) += answer.S_0;
+  if (answer.S_0.size() > 0 && !body.is_joint()) joined.S_bodies(rows, rows) += answer.S_0;
+  if (answer.B.size() > 0 && !answer.C.isZero(0)) joined.dashpots.push_back({rows, answer.B, answer.C});
+}
 
 Joined join(const ModalScene& scene, const std::vector<Index>& bodies) {
   Joined joined;
@@ -62,14 +80,14 @@ Joined join(const ModalScene& scene, const std::vector<Index>& bodies) {
     n += scene.bodies[static_cast<std::size_t>(b)].omega().size();
   }
   joined.lambda.resize(n), joined.c.resize(n);
-  const auto is_of = [&](const TieRow& tie) {
-    return std::find(bodies.begin(), bodies.end(), tie.of_bodies.front().first) != bodies.end();
-  };
   std::vector<const TieRow*> ties;
-  for (const TieRow& tie : scene.ties)
-    if (is_of(tie)) ties.push_back(&tie);
+  for (const TieRow& tie : scene.ties) {
+    if (std::find(bodies.begin(), bodies.end(), tie.of_bodies.front().first) == bodies.end()) continue;
+    if (!tie.is_dashpot) joined.stiff.push_back(static_cast<Index>(ties.size()));
+    ties.push_back(&tie);
+  }
   const auto m = static_cast<Index>(ties.size());
-  joined.A = Matrix::Zero(m, n), joined.S = Matrix::Zero(m, m);
+  joined.A = Matrix::Zero(m, n), joined.S = joined.S_bodies = Matrix::Zero(m, m);
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const ModalBody& body = scene.bodies[static_cast<std::size_t>(bodies[i])];
     const Index size = body.omega().size();
@@ -80,14 +98,7 @@ Joined join(const ModalScene& scene, const std::vector<Index>& bodies) {
     for (Index t = 0; t < m; ++t)
       for (const auto& [of, sum] : ties[static_cast<std::size_t>(t)]->of_bodies)
         if (of == bodies[i]) sums.push_back(sum), rows.push_back(t);
-    if (sums.empty()) continue;
-    const ModalAnswer answer = body.answer(sums);
-    for (std::size_t r = 0; r < rows.size(); ++r) {
-      joined.A.row(rows[r]).segment(joined.first[i], size) = answer.A.row(static_cast<Index>(r));
-      if (answer.S_0.size() == 0) continue;
-      for (std::size_t q = 0; q < rows.size(); ++q)
-        joined.S(rows[r], rows[q]) += answer.S_0(static_cast<Index>(r), static_cast<Index>(q));
-    }
+    if (!sums.empty()) join_body(body, sums, rows, joined.first[i], joined);
   }
   return joined;
 }
@@ -102,14 +113,15 @@ double lowest_elastic(const Vector& lambda) {
 struct Modes {
   Vector lambda;
   Matrix shapes;  // n x modes
+  Matrix forces;  // m x modes, of ties with compliance
 };
 
 // Where ties have compliance of their own they are springs, p = -S^-1 A eta; where they have none they hold: A eta = 0.
 Modes modes_of(const Joined& joined, Index count) {
   const Index n = joined.lambda.size();
   const double lowest = lowest_elastic(joined.lambda);
-  const SymmetricEigen compliance = symmetric_eigen(joined.S);
-  const Matrix A = compliance.vectors.transpose() * joined.A;
+  const SymmetricEigen compliance = symmetric_eigen(joined.S(joined.stiff, joined.stiff));
+  const Matrix A = compliance.vectors.transpose() * joined.A(joined.stiff, Eigen::all);
   const double softest = A.squaredNorm() / (std::isfinite(lowest) ? lowest : 1);
   std::vector<Index> held, springs;
   for (Index i = 0; i < A.rows(); ++i) (compliance.values[i] > no_compliance * softest ? springs : held).push_back(i);
@@ -125,6 +137,10 @@ Modes modes_of(const Joined& joined, Index count) {
   count = std::min(count, static_cast<Index>(pairs.values.size()));
   modes.shapes = Z * pairs.vectors.leftCols(count);
   modes.lambda.resize(count);
+  modes.forces = Matrix::Zero(joined.A.rows(), count);
+  if (!springs.empty())
+    modes.forces(joined.stiff, Eigen::all) =
+        -compliance.vectors(Eigen::all, springs) * (stiffness.asDiagonal() * (B * modes.shapes));
   for (Index j = 0; j < count; ++j) {
     // Not of K's round-off, which is that of its highest frequency
     const Vector eta = modes.shapes.col(j);
@@ -141,16 +157,31 @@ Modes modes_of_one(const ModalBody& body, Index count) {
   std::iota(order.begin(), order.end(), Index{0});
   std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return lambda[a] < lambda[b]; });
   order.resize(static_cast<std::size_t>(std::min(count, static_cast<Index>(lambda.size()))));
-  Modes modes{lambda(order), Matrix::Zero(lambda.size(), static_cast<Index>(order.size()))};
+  Modes modes{lambda(order), Matrix::Zero(lambda.size(), static_cast<Index>(order.size())), Matrix()};
   for (std::size_t j = 0; j < order.size(); ++j) modes.shapes(order[j], static_cast<Index>(j)) = 1;
   return modes;
 }
 
+// phi . C phi of each mode: what its own damping and dashpots take.
+Vector damping_of(const Joined& joined, const Modes& modes) {
+  Vector c = (joined.c.transpose() * modes.shapes.cwiseAbs2()).transpose();
+  if (joined.dashpots.empty()) return c;
+  const Matrix y = joined.A * modes.shapes + joined.S_bodies * modes.forces;
+  for (const Dashpots& of : joined.dashpots) {
+    const Matrix r = of.B.transpose() * y(of.rows, Eigen::all);
+    c += r.cwiseProduct(of.C * r).colwise().sum().transpose();
+  }
+  return c;
+}
+
 InstanceModes of_group(const ModalScene& scene, const std::vector<Index>& bodies, Index count) {
   InstanceModes of;
-  of.bodies = bodies;
   std::vector<std::string> names;
-  for (const Index b : bodies) names.push_back(scene.built.instances[static_cast<std::size_t>(b)].name);
+  for (const Index b : bodies) {
+    if (scene.bodies[static_cast<std::size_t>(b)].is_joint()) continue;
+    of.bodies.push_back(b);
+    names.push_back(scene.built.instances[static_cast<std::size_t>(b)].name);
+  }
   of.instance = names.front();
   for (std::size_t i = 1; i < names.size(); ++i) of.instance += "+" + names[i];
   const Joined joined = join(scene, bodies);
@@ -159,9 +190,10 @@ InstanceModes of_group(const ModalScene& scene, const std::vector<Index>& bodies
   const Vector omega = modes.lambda.cwiseSqrt();
   of.frequency_hz = omega / (2 * std::numbers::pi);
   of.damping_ratio = Vector::Zero(omega.size());
+  const Vector c = damping_of(joined, modes);
   for (Index j = 0; j < omega.size(); ++j)
-    if (omega[j] > 0) of.damping_ratio[j] = joined.c.dot(modes.shapes.col(j).cwiseAbs2()) / (2 * omega[j]);
-  for (std::size_t i = 0; i < bodies.size(); ++i)
+    if (omega[j] > 0) of.damping_ratio[j] = c[j] / (2 * omega[j]);
+  for (std::size_t i = 0; i < of.bodies.size(); ++i)  // joints come last
     of.shapes.push_back(modes.shapes.middleRows(joined.first[i], scene.bodies[static_cast<std::size_t>(bodies[i])].omega().size()));
   return of;
 }
@@ -171,7 +203,7 @@ InstanceModes of_group(const ModalScene& scene, const std::vector<Index>& bodies
 SceneModes scene_modes(const Scene& scene_of_run, Index n, Report& report) {
   Scene scene = with_options_of_files(scene_of_run);
   std::erase_if(scene.contact, [](const ContactOptions& contact) { return !contact.tied; });
-  const bool is_tied = !scene.contact.empty();
+  const bool is_tied = !scene.contact.empty() || !scene.links.empty();
   SceneModes modes;
   modes.scene = modal_scene(scene, {is_tied ? std::max(modes_for_one * n, fewest_modes) : n, 0}, false, report);
   for (const std::vector<Index>& bodies : groups_of(*modes.scene)) modes.instances.push_back(of_group(*modes.scene, bodies, n));

@@ -253,12 +253,16 @@ TEST(Scene, staticsPointsAndLinksArrive) {
   const TemporaryFolder folder, elsewhere;
   const std::string text =
       "materials: {m: {youngs_modulus: 1, poissons_ratio: 0, density: 1}}\n"
-      "components: {p: {mesh: p.msh, material: m, points: {tip: {surface: x_max, at: [1, 2, 3]}, base: {surface: x_min}}}}\n"
+      "components: {p: {mesh: p.msh, material: m, points: {tip: {surface: x_max, at: [1, 2, 3]}, base: {surface: x_min, "
+      "coupling: rigid, mass: 2.5, inertia: [4, 5, 6, 1, 0, 0.5]}}}}\n"
       "instances: {a: {component: p}, b: {component: p}}\n"
       "loads:\n  - {instance: a, point: tip, moment: [1, 0, 0]}\n  - {instance: a, point: base, force: [2, 0, 0]}\n"
       "contact:\n  - {between: [a.u, b.u], pretension: {force: 7}}\n  - {between: [a.v, b.v], pretension: {shortening: 0.5}}\n"
       "  - {between: [a.w, b.w], overlap: resolve}\n"
       "links:\n  - {between: [a.tip, b.base], fix: [x, rz], axes: [[0, 1, 0], [0, 0, 1]]}\n  - {between: [a.tip, ground]}\n"
+      "  - {between: [a.base, ground], stiffness: [7, 0, 0, 0, 0, 8], damping: [[0, 0, 0, 0, 0, 0], [0, 3, 0, 0, 1, 0], [0, 0, 0, "
+      "0, 0, 0], [0, 0, 0, 0, 0, 0], [0, 1, 0, 0, 4, 0], [0, 0, 0, 0, 0, 0]]}\n"
+      "walls:\n  w: {plane: {point: [0, 0, 0], normal: [0, 0, 1]}, velocity: [1, 2, 3], history: {time: [0, 5], value: [1, 0]}}\n"
       "time: {end: 1, static: true, preload: 3}\n";
   const Scene scene = read_text(folder, text);
   EXPECT_EQ(scene.components.at("p").points.at("tip").at, Vector3(1, 2, 3));
@@ -268,6 +272,12 @@ TEST(Scene, staticsPointsAndLinksArrive) {
   EXPECT_EQ(scene.links[0].fix, (std::array<bool, 6>{true, false, false, false, false, true}));
   EXPECT_EQ(scene.links[0].axes.row(2).transpose(), Vector3(1, 0, 0));
   EXPECT_TRUE(scene.links[1].second.is_wall() && scene.time->is_static);
+  const Component::Point& base = scene.components.at("p").points.at("base");
+  EXPECT_TRUE(base.rigid && base.mass == 2.5 && base.inertia(0, 1) == 1 && base.inertia(1, 2) == 0 && base.inertia(2, 0) == 0.5);
+  EXPECT_EQ(scene.links[2].fix, (std::array<bool, 6>{}));
+  EXPECT_TRUE(scene.links[2].stiffness(5, 5) == 8 && scene.links[2].damping(4, 1) == 1);
+  EXPECT_TRUE(scene.walls[0].motion == SupportMotion::velocity && scene.walls[0].value == Vector3(1, 2, 3));
+  EXPECT_EQ(scene.walls[0].history.value, (std::vector<double>{1, 0}));
   EXPECT_EQ(preload_steps(scene), 3);
   EXPECT_EQ(written(read_text(elsewhere, written(scene))), written(scene));
   const auto refused = [&](const std::string& old, const std::string& by, const std::string& says) {
@@ -277,7 +287,7 @@ TEST(Scene, staticsPointsAndLinksArrive) {
   refused("static: true", "static: true, integrator: exact", "static: true computes equilibrium");
   refused("point: tip, moment", "surface: x_max, moment", "a moment acts on a point");
   refused("[a.tip, ground]", "[a.top, ground]", "which is no point");
-  refused("at: [1, 2, 3]", "coupling: rigid", "a rigid coupling is still to come");
+  refused("at: [1, 2, 3]", "coupling: stiff", "average, rigid");
   refused("pretension: {force: 7}", "pretension: {force: 7}, friction: 0.1", "tied surfaces do not slide");
 }
 

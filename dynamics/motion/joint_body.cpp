@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dynamics/motion/joint_body.hpp"
+
+#include <Eigen/Geometry>
+
+#include <cassert>
+#include <utility>
+
+#include "common/files/state_archive.hpp"
+#include "common/linalg/dense.hpp"
+
+namespace cbr {
+namespace {
+
+// A^-1 over the rows that are not 0, elsewhere 0.
+Matrix6 inverse_where_not_zero(const Matrix6& A) {
+  std::vector<Index> rows;
+  for (Index i = 0; i < 6; ++i)
+    if (!A.row(i).isZero(0)) rows.push_back(i);
+  Matrix6 inverse = Matrix6::Zero();
+  const auto n = static_cast<Index>(rows.size());
+  if (n == 0) return inverse;
+  const Cholesky factor(A(rows, rows));
+  assert(factor.ok());
+  inverse(rows, rows) = factor.solve(Matrix(Matrix::Identity(n, n)));
+  return 0.5 * (inverse + inverse.transpose());
+}
+
+}  // namespace
+
+JointBody::JointBody(Joint joint, Scheme scheme) : joint_(std::move(joint)), scheme_(scheme), X_(2, 3) {
+  X_.rowwise() = joint_.at.transpose();
+  if (!joint_.is_mass()) return;
+  inverse_mass_ = inverse_where_not_zero(joint_.mass);
+  v_ = joint_.rates;
+}
+
+Matrix6 JointBody::in_scene_axes(const Matrix6& A) const {
+  Matrix6 turned;
+  for (Index i = 0; i < 6; i += 3)
+    for (Index j = 0; j < 6; j += 3) turned.block<3, 3>(i, j) = joint_.axes.transpose() * A.block<3, 3>(i, j) * joint_.axes;
+  return turned;
+}
+
+Index JointBody::track(const std::vector<Index>& nodes) {
+  sets_.push_back(nodes);
+  return static_cast<Index>(sets_.size()) - 1;
+}
+
+void JointBody::fill(const Vector6& r, Index set, Points& x) const {
+  const std::vector<Index>& nodes = sets_[static_cast<std::size_t>(set)];
+  x.resize(static_cast<Index>(nodes.size()), 3);
+  for (Index i = 0; i < x.rows(); ++i)
+    x.row(i) = (joint_.at + joint_.axes.transpose() * r.segment<3>(3 * nodes[static_cast<std::size_t>(i)])).transpose();
+}
+
+Vector6 JointBody::gathered(Index set, const Points& impulses) const {
+  const std::vector<Index>& nodes = sets_[static_cast<std::size_t>(set)];
+  Vector6 P = Vector6::Zero();
+  for (Index i = 0; i < impulses.rows(); ++i)
+    P.segment<3>(3 * nodes[static_cast<std::size_t>(i)]) += joint_.axes * impulses.row(i).transpose();
+  return P;
+}
+
+void JointBody::mean_motion(Index set, Vector3& position, Vector3& velocity) const {
+  Points x;
+  fill(r_, set, x);
+  position = x.colwise().mean().transpose();
+  velocity = joint_.axes.transpose() * v_.head<3>();
+}
+
+Matrix6 JointBody::answer(double h) const {
+  if (joint_.is_mass()) return (is_newmark() ? 0.5 * h : h) * inverse_mass_;
+  const Matrix6 &K = joint_.stiffness, &C = joint_.damping;
+  if (is_newmark()) return inverse_where_not_zero(0.5 * h * K + C);
+  return inverse_where_not_zero(joint_.is_late ? Matrix6(h * K + 1.5 * C) : Matrix6(0.25 * h * K + 0.5 * C));
+}
+
+void JointBody::predict(double, double h) {
+  h_ = h;
+  if (answer_h_ != h) answer_ = answer(h), answer_h_ = h;
+  const Matrix6 &K = joint_.stiffness, &C = joint_.damping;
+  if (joint_.is_mass()) {
+    r_end_ = r_ + h * v_, v_end_ = v_;
+  } else if (is_newmark()) {
+    r_end_ = r_ - answer_ * (h * (K * r_));
+  } else if (joint_.is_late) {
+    r_end_ = r_ - answer_ * (h * (K * r_ - 0.5 * (C * v_)));
+  } else {
+    r_end_ = r_ - answer_ * (h * (K * (r_ - 0.25 * last_h_ * v_)) + 0.5 * h * (C * v_));
+  }
+}
+
+void JointBody::add_impulses(Index set, const Points& impulses, ImpulseKind) {
+  const Vector6 P = gathered(set, impulses);
+  r_end_ += answer_ * P;
+  v_end_ += inverse_mass_ * P;
+}
+
+Vector3 JointBody::add_velocities(Index, const Points&, const Vector3&) {
+  assert(false && "no surface of it touches anything");
+  return Vector3::Zero();
+}
+
+// What springs store and dashpots take is what the bodies that they join have done on them, to the error of the step.
+void JointBody::accept() {
+  if (joint_.is_mass()) {
+    work_.contact += 0.5 * (v_end_.dot(joint_.mass * v_end_) - v_.dot(joint_.mass * v_));
+  } else {
+    v_end_ = (r_end_ - r_) / h_;
+    const bool at_end = is_newmark() || joint_.is_late;
+    const Vector6 rates = at_end ? v_end_ : Vector6(0.5 * (v_ + v_end_));
+    const double energy = spring_energy(at_end ? r_end_ : Vector6(0.5 * (r_ + r_end_)));
+    const double lost = h_ * rates.dot(joint_.damping * rates);
+    work_.contact += energy - energy_ + lost;
+    work_.damping -= lost;
+    energy_ = energy;
+  }
+  r_ = r_end_, v_ = v_end_;
+  last_h_ = h_;
+}
+
+void JointBody::end_velocities(Index set, Points& v) {
+  fill(v_end_, set, v);
+  v.rowwise() -= joint_.at.transpose();
+}
+
+NodeResponse JointBody::velocity_response(Index set) const { return response_of(set, inverse_mass_); }
+
+void JointBody::add_end_impulses(Index set, const Points& impulses, ImpulseKind) { v_end_ += inverse_mass_ * gathered(set, impulses); }
+
+NodeResponse JointBody::response_of(Index set, const Matrix6& A) const {
+  const std::vector<Index>& nodes = sets_[static_cast<std::size_t>(set)];
+  const Matrix6 S = in_scene_axes(A);
+  const auto n = static_cast<Index>(nodes.size());
+  Matrix block(3 * n, 3 * n);
+  for (Index i = 0; i < n; ++i)
+    for (Index j = 0; j < n; ++j)
+      block.block<3, 3>(3 * i, 3 * j) = S.block<3, 3>(3 * nodes[static_cast<std::size_t>(i)], 3 * nodes[static_cast<std::size_t>(j)]);
+  NodeResponse response;
+  response.set_block(std::move(block));
+  return response;
+}
+
+NodeResponse JointBody::response(Index set, double h) const { return response_of(set, answer(h)); }
+
+// Inertia has no part in equilibrium: a mass goes where its point goes.
+Matrix6 JointBody::static_answer(double hold) const {
+  return joint_.is_mass() ? Matrix6(inverse_mass_ / (joint_.static_pull * hold)) : compliance();
+}
+
+Matrix6 JointBody::compliance() const { return inverse_where_not_zero(joint_.stiffness); }
+
+void JointBody::relax(const Rest& rest) {
+  pull_ = rest.hold;
+  r_end_ = joint_.is_mass() ? r_ : Vector6(Vector6::Zero());
+}
+
+NodeResponse JointBody::static_response(Index set, double hold) const { return response_of(set, static_answer(hold)); }
+
+void JointBody::add_static_forces(Index set, const Points& forces, ImpulseKind) {
+  r_end_ += static_answer(pull_) * gathered(set, forces);
+}
+
+Settled JointBody::settle() {
+  const Vector6 move = r_end_ - r_;
+  r_ = r_end_;
+  return {2 * spring_energy(move), 2 * spring_energy(r_), 0};
+}
+
+void JointBody::end_load_step() {
+  work_.contact += spring_energy(r_) - energy_;
+  energy_ = spring_energy(r_);
+}
+
+void JointBody::start_motion(double h) {
+  work_ = BodyWork();
+  v_ = joint_.rates;
+  last_h_ = h;
+}
+
+Points JointBody::nodal_masses(Index set) const {
+  return Points::Zero(static_cast<Index>(sets_[static_cast<std::size_t>(set)].size()), 3);
+}
+
+BodyState JointBody::state() const {
+  BodyState state;
+  const Matrix3 to_scene = joint_.axes.transpose();
+  state.center_of_mass = joint_.at + to_scene * r_.head<3>();
+  state.strain_energy = energy_;
+  if (!joint_.is_mass()) return state;
+  const Vector6 momenta = joint_.mass * v_;
+  state.momentum = to_scene * momenta.head<3>();
+  state.angular_momentum = to_scene * momenta.tail<3>() + state.center_of_mass.cross(state.momentum);
+  state.kinetic_energy = 0.5 * v_.dot(momenta);
+  return state;
+}
+
+void JointBody::displacements(Points& u, Points& v) const {
+  u.resize(2, 3), v.resize(2, 3);
+  for (Index i = 0; i < 2; ++i) {
+    u.row(i) = (joint_.axes.transpose() * r_.segment<3>(3 * i)).transpose();
+    v.row(i) = (joint_.axes.transpose() * v_.segment<3>(3 * i)).transpose();
+  }
+}
+
+void JointBody::coordinates(Vector& q, Vector& rates) const { q = r_, rates = v_; }
+
+void JointBody::keep_state(StateArchive& archive) { archive(r_, v_, h_, last_h_, energy_, work_); }
+
+}  // namespace cbr
