@@ -196,4 +196,28 @@ Matrix generalised_forces(const DistributedInterior& interior, const Matrix& F_I
   return Q;
 }
 
+Matrix inertia_forces(const DistributedInterior& interior, const Matrix& M_cc, const Matrix& U) {
+  const RigidRows& rigid = interior.rigid;
+  const Matrix rigid_part = from_first(M_cc.rows() > 0 ? Matrix((M_cc * rigid.R_C).transpose() * U) : Matrix());
+  const Matrix rest = U - rigid.R_C * rigid_part;
+  Matrix X = interior.rows.K_IC * rest;
+  interior.solver->solve_in_place(X);
+  return rigid.P_I * rigid_part + interior.rows.M_IC * rest - interior.solver->times_mass(X);
+}
+
+LeftOfAnswer left_of_answer(const InteriorSolver& solver, const std::vector<Eigen::Ref<const Matrix>>& modes, const Vector& lambda,
+                            const Matrix& residual, Matrix Y) {
+  constexpr int passes = 2;
+  for (int pass = 0; pass < passes; ++pass)
+    for (const auto& Phi : modes) Y -= solver.times_mass(Phi * inner(Phi, Y));
+  Matrix X = Y;
+  solver.solve_in_place(X);
+  for (int pass = 0; pass < passes; ++pass)
+    for (const auto& Phi : modes) X -= Phi * inner(Phi, solver.times_mass(X));
+  if (residual.cols() > 0) X -= residual * Matrix(lambda.cwiseInverse().asDiagonal() * inner(residual, Y));
+  LeftOfAnswer left{inner(Y, X), inner(X, solver.times_mass(X))};
+  make_symmetric(left.D), make_symmetric(left.D_2);
+  return left;
+}
+
 }  // namespace cbr

@@ -8,6 +8,7 @@
 #include "reducer/condensation/condensation.hpp"
 #include "reducer/distributed/interior_solver.hpp"
 #include "reducer/judgement/condition.hpp"
+#include "reducer/judgement/missing_modes.hpp"
 #include "reducer/modes/fixed_interface_modes.hpp"
 #include "reducer/modes/interior_loads.hpp"
 
@@ -53,5 +54,10 @@ Matrix mode_coupling(const DistributedInterior& interior, const Matrix& Phi, con
 Index add_residual_vectors(const InteriorSolver& solver, const Matrix& F_I, FixedInterfaceModes& modes);
 Matrix generalised_forces(const DistributedInterior& interior, const Matrix& F_I, const Matrix& F_C, const Matrix& Phi,
                           const Matrix& M_cc);
+
+// As those of judgement/missing_modes.hpp, U (c x m) the same in all processes.
+Matrix inertia_forces(const DistributedInterior& interior, const Matrix& M_cc, const Matrix& U);
+LeftOfAnswer left_of_answer(const InteriorSolver& solver, const std::vector<Eigen::Ref<const Matrix>>& modes, const Vector& lambda,
+                            const Matrix& residual, Matrix Y);
 
 }  // namespace cbr

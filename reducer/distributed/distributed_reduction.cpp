@@ -17,6 +17,7 @@
 #include "reducer/condensation/panel_memory.hpp"
 #include "reducer/distributed/distributed_interior.hpp"
 #include "reducer/distributed/processes.hpp"
+#include "reducer/judgement/accuracy.hpp"
 #include "reducer/judgement/condition.hpp"
 #include "reducer/modes/diagonal_form.hpp"
 #include "reducer/modes/spin_moments.hpp"
@@ -93,6 +94,8 @@ class DistributedReduction {
     finish_matrices();
     add_spin_moments();
     in_first([&] { judge(); });
+    estimate_errors();
+    if (!r_.settings.is_diagonal_read) s_.omega.resize(0), s_.V.resize(0, 0);
     tell_memory();
     return std::move(s_);
   }
@@ -168,11 +171,11 @@ class DistributedReduction {
                        " dofs and so " + std::to_string(n) + " fixed-interface modes: ask for at most that many");
     const auto phase = r_.report.phase("fixed-interface modes");
     r_.report.progress("fixed-interface modes", 0);
-    const Index k = n_mode_candidates(r_.options.pick, wanted, n), asked = k == 0 ? 0 : std::min(k + 1, n);
-    all_ = asked == 0 ? InteriorSolver::Modes{Vector(0), Matrix(interior_.n_own(), 0), 0} : interior_.solver->lowest_modes(asked, ncv);
+    const Index k = n_mode_candidates(r_.options.pick, wanted, n), asked = std::min(k + 1, n);
+    all_ = interior_.solver->lowest_modes(asked, ncv);
     r_.report.end_progress();
     r_.figures.n_candidates = k;
-    modes_.method = asked == 0 ? "none" : "krylov-schur";
+    modes_.method = k == 0 ? "none" : "krylov-schur";
     modes_.next = asked > k ? all_.lambda(k) : 0;
     modes_.lambda = all_.lambda.head(k), modes_.Phi = all_.Phi.leftCols(k);
     r_.report.detail(format_text("SLEPc: %d restarts", all_.restarts));
@@ -182,7 +185,7 @@ class DistributedReduction {
   bool is_complete() {
     const Vector& lambda = all_.lambda;
     is_proven_ = true;
-    if (lambda.size() == 0 || lambda.size() == interior_.rows.n) return true;
+    if (modes_.lambda.size() == 0 || lambda.size() == interior_.rows.n) return true;
     const auto phase = r_.report.phase("modes: count");
     Index j = lambda.size() - 1;
     while (j > 0 && lambda(j) - lambda(j - 1) < relative_gap * lambda(j)) --j;
@@ -214,6 +217,8 @@ class DistributedReduction {
   // pick: participation
   void keep_modes() {
     const Index k = modes_.lambda.size();
+    not_kept_.Phi.resize(interior_.n_own(), 0);
+    not_kept_.beyond = k < interior_.rows.n ? std::max(modes_.next, k > 0 ? modes_.lambda(k - 1) : 0.0) : 0;
     if (r_.options.pick != Pick::participation || k <= *r_.options.modes) return;
     Vector number;
     in_first([&] {
@@ -226,6 +231,10 @@ class DistributedReduction {
     kept = sum(kept);
     std::vector<Index> list;
     for (const double j : kept.reshaped()) list.push_back(static_cast<Index>(j));
+    std::vector<Index> others;
+    for (Index j = 0; j < k; ++j)
+      if (!std::binary_search(list.begin(), list.end(), j)) others.push_back(j);
+    not_kept_.lambda = modes_.lambda(others), not_kept_.Phi = modes_.Phi(Eigen::all, others);
     modes_.lambda = Vector(modes_.lambda(list));
     modes_.Phi = Matrix(modes_.Phi(Eigen::all, list));
   }
@@ -276,12 +285,62 @@ class DistributedReduction {
     Conditioning& condition = r_.figures.condition;
     condition.reduced_rigid = rigid_residual(s_.K_cc, reduced_rigid_modes(s_, s_.rigid_body.center).bottomRows(s_.c())).value;
     const std::vector<Index> part = parts_of_interface(r_);
-    if (r_.settings.is_diagonal_read && s_.n() <= r_.settings.diagonal_limit) condition.n_rigid = add_diagonal_form(s_, part);
+    if (s_.n() <= r_.settings.diagonal_limit)
+      condition.n_rigid =
+          r_.settings.is_diagonal_read ? add_diagonal_form(s_, part) : add_lowest_modes(s_, part, n_estimated + n_beside);
     const Index loose = examine_reduced(s_, rigid_motions_of_parts(s_, part), condition);
     if (loose >= 0) condition.loose_node = node_of_interface_dof(r_, loose);
     report_conditioning(condition, r_.report);
     warn_of_conditioning(condition, r_.report);
     s_.conditioning = condition;
+  }
+
+  // As accuracy_of(): the first process asks, all answer.
+  void estimate_errors() {
+    const auto phase = r_.report.phase("errors");
+    const InteriorSolver& solver = *interior_.solver;
+    const Index r = s_.n_residual, own = modes_.lambda.size() - r;
+    if (r > 0 && not_kept_.lambda.size() > 0) {  // as settled()
+      not_kept_.beyond = std::min(not_kept_.beyond, not_kept_.lambda.minCoeff());
+      not_kept_.lambda.resize(0), not_kept_.Phi.resize(interior_.n_own(), 0);
+    }
+    const Matrix Phi = modes_.Phi.leftCols(own), residual = modes_.Phi.rightCols(r);
+    const Vector lambda = modes_.lambda.tail(r);
+    InterfaceMotions motions;
+    in_first([&] { motions = motions_of_interface(s_, parts_of_interface(r_)); });
+    const Matrix Y = inertia_forces(interior_, s_.M_cc, from_first(motions.W));
+    Matrix X = Y;
+    solver.solve_in_place(X);
+    const Matrix E = inner(Y, X);
+    motions.E = 0.5 * (E + E.transpose());
+    InteriorAnswers answers;
+    answers.D = left_of_answer(solver, {Phi}, lambda, residual, Y).D;
+    if (mass_ == MassKind::lumped) answers.rho_floor = lumped_on_interface();
+    const Index n_rigid = r_.figures.condition.n_rigid;
+    Matrix U, q;
+    if (s_.has_diagonal_form()) U = free_motions(s_, n_rigid), q = s_.V.block(own, 0, r, U.cols());
+    U = from_first(U);
+    if (U.cols() > 0) answers.missing = missing_modes(U, from_first(q), Phi, residual, lambda);
+    in_first([&] {
+      s_.accuracy = accuracy_of(answers, motions, s_, n_rigid, not_kept_);
+      s_.accuracy->tolerance = 0;
+    });
+  }
+
+  // q: of the residual vectors in the same motions
+  MissingModes missing_modes(const Matrix& U, const Matrix& q, const Matrix& Phi, const Matrix& residual, const Vector& lambda) {
+    Matrix Y = inertia_forces(interior_, s_.M_cc, U);
+    if (residual.cols() > 0) Y += interior_.solver->times_mass(residual * q);
+    MissingModes missing{not_kept_.lambda, inner(not_kept_.Phi, Y), {}, {}, not_kept_.beyond};
+    LeftOfAnswer left = left_of_answer(*interior_.solver, {Phi, not_kept_.Phi}, lambda, residual, std::move(Y));
+    missing.D = std::move(left.D), missing.D_2 = std::move(left.D_2);
+    return missing;
+  }
+
+  Vector3 lumped_on_interface() const {
+    Vector3 floor = Vector3::Zero();
+    for (Index i = 0; i < interior_.c(); ++i) floor(i % 3) += interior_.rows.M_CC.coeff(i, i);
+    return floor / s_.rigid_body.mass;
   }
 
   void tell_memory() {
@@ -299,6 +358,7 @@ class DistributedReduction {
   InteriorSolver::Modes all_;
   FixedInterfaceModes modes_;
   Condensation condensed_;
+  ModesNotKept not_kept_;
   Superelement s_;
 };
 

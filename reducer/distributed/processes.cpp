@@ -167,6 +167,15 @@ Matrix sum_to_first(const Matrix& part) {
   return whole;
 }
 
+Matrix from_first(const Matrix& of_first) {
+  Index size[2] = {of_first.rows(), of_first.cols()};
+  MPI_Bcast(size, 2, MPI_INT64_T, 0, PETSC_COMM_WORLD);
+  Matrix all = of_first;
+  all.resize(size[0], size[1]);
+  MPI_Bcast(all.data(), static_cast<int>(all.size()), MPI_DOUBLE, 0, PETSC_COMM_WORLD);
+  return all;
+}
+
 namespace {
 
 struct RowsOfAll {

@@ -44,6 +44,7 @@ void in_first(const std::function<void()>& work);
 
 Matrix sum(const Matrix& part);           // over the processes, to all of them
 Matrix sum_to_first(const Matrix& part);  // empty in the others
+Matrix from_first(const Matrix& of_first);  // the first process's, to all
 double largest(double value);
 bool any(bool value);
 // From the rows of each process to those of all, one process after another, in the first (empty in the others), and back.

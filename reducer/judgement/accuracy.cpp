@@ -85,8 +85,7 @@ ModesNotKept settled(ModesNotKept m, const Partition& p, const SparseCholesky& f
   return m;
 }
 
-InterfaceMotions interface_motions(const Partition& p, const SparseCholesky& factor, const Superelement& s,
-                                   const std::vector<Index>& part, bool of_faces) {
+InterfaceMotions motions_of_interface(const Superelement& s, const std::vector<Index>& part, bool of_faces) {
   InterfaceMotions motions;
   std::vector<const Surface*> flat;
   for (const Surface& surface : s.surfaces)
@@ -95,6 +94,12 @@ InterfaceMotions interface_motions(const Partition& p, const SparseCholesky& fac
   motions.W.resize(s.c(), InterfaceMotions::n_rigid + pressed.cols());
   motions.W << reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c()), pressed;
   for (Index j = 0; j < pressed.cols(); ++j) motions.surfaces.push_back(flat[j]->name);
+  return motions;
+}
+
+InterfaceMotions interface_motions(const Partition& p, const SparseCholesky& factor, const Superelement& s,
+                                   const std::vector<Index>& part, bool of_faces) {
+  InterfaceMotions motions = motions_of_interface(s, part, of_faces);
   if (p.n_interior() == 0) {
     motions.Y.resize(0, motions.size());
     motions.E = Matrix::Zero(motions.size(), motions.size());
@@ -184,25 +189,31 @@ struct Estimates {
   }
 };
 
+Index n_free_motions(const Superelement& s, Index n_rigid) { return std::min(s.n(), n_rigid + n_estimated + n_beside); }
+
+void estimate_eigenvalue_errors(const Superelement& s, Index n_rigid, const MissingModes& missing, Estimates& estimates) {
+  const Index count = std::min(s.n() - n_rigid, n_estimated), m = n_free_motions(s, n_rigid);
+  const Vector lambda = s.omega.head(m).cwiseAbs2();
+  const Vector full = full_eigenvalues(lambda, missing, n_rigid, count);
+  Vector error = Vector::Zero(count);
+  for (Index j = 0; j < count; ++j)
+    if (const double with_basis = lambda(n_rigid + j); with_basis > 0) error(j) = std::max(0.0, 1 - full(j) / with_basis);
+  estimates.add(lambda.segment(n_rigid, count), error, missing.lowest());
+}
+
 // Of one connected part.
 void estimate_eigenvalue_errors(const Partition& p, const SparseCholesky& factor, const Superelement& s, const Matrix& Phi,
                                 Index n_rigid, const ModesNotKept& not_kept, Estimates& estimates) {
-  const Index count = std::min(s.n() - n_rigid, n_estimated), m = std::min(s.n(), n_rigid + n_estimated + n_beside);
-  const Matrix U = s.V.block(s.k(), 0, s.c(), m);
-  const Vector lambda = s.omega.head(m).cwiseAbs2();
+  const Index m = n_free_motions(s, n_rigid);
   // What drives the modes that are missing: the interface, and residual vectors, as these are no eigenvectors
-  Matrix Y = inertia_forces(p, factor, s.M_cc, U);
+  Matrix Y = inertia_forces(p, factor, s.M_cc, free_motions(s, n_rigid));
   const Index own = s.k() - s.n_residual, r = s.n_residual;
   if (r > 0) Y += p.M_II * Matrix(Phi.rightCols(r) * s.V.block(own, 0, r, m));
   MissingModes missing{not_kept.lambda, not_kept.Phi.transpose() * Y, {}, {}, not_kept.beyond};
   LeftOfAnswer left =
       left_of_answer(p, factor, {Phi.leftCols(own), not_kept.Phi}, s.eigenvalues.tail(r), Phi.rightCols(r), std::move(Y));
   missing.D = std::move(left.D), missing.D_2 = std::move(left.D_2);
-  const Vector full = full_eigenvalues(lambda, missing, n_rigid, count);
-  Vector error = Vector::Zero(count);
-  for (Index j = 0; j < count; ++j)
-    if (const double with_basis = lambda(n_rigid + j); with_basis > 0) error(j) = std::max(0.0, 1 - full(j) / with_basis);
-  estimates.add(lambda.segment(n_rigid, count), error, missing.lowest());
+  estimate_eigenvalue_errors(s, n_rigid, missing, estimates);
 }
 
 Vector sorted(Vector v) {
@@ -275,19 +286,11 @@ void look_at_parts(const std::vector<ComponentPart>& parts, const Superelement& 
   }
 }
 
-}  // namespace
-
-Superelement::Accuracy accuracy_of_fixed_modes(const Partition& p, const SparseCholesky& factor, const InterfaceMotions& motions,
-                                               const Superelement& s, const Matrix& Phi, const ModesNotKept& others) {
+// Of D, which left_of_answer() gives of motions.Y.
+Superelement::Accuracy accuracy_of_strain(const InterfaceMotions& motions, const Matrix& D, const Superelement& s,
+                                          const ModesNotKept& others) {
   Superelement::Accuracy a;
-  if (p.lumped) {
-    Vector3 floor = Vector3::Zero();
-    for (Index i = 0; i < s.c(); ++i) floor(s.dof_component[i]) += p.M_CC.coeff(i, i);
-    a.rho_floor = floor / s.rigid_body.mass;
-  }
-  const Index own = s.k() - s.n_residual, r = s.n_residual;
-  const LeftOfAnswer unheld = left_of_answer(p, factor, {Phi.leftCols(own)}, s.eigenvalues.tail(r), Phi.rightCols(r), motions.Y);
-  const StrainLeftOut left = strain_left_out(motions, unheld.D);
+  const StrainLeftOut left = strain_left_out(motions, D);
   a.strain_left_out = left.of_motion.head(InterfaceMotions::n_rigid);
   a.largest_left_out = left.largest;
   for (std::size_t i = 0; i < motions.surfaces.size(); ++i)
@@ -296,17 +299,52 @@ Superelement::Accuracy accuracy_of_fixed_modes(const Partition& p, const SparseC
   return a;
 }
 
-Superelement::Accuracy accuracy_of(const Partition& p, const SparseCholesky& factor, const InterfaceMotions& motions,
-                                   const Superelement& s, const Matrix& Phi, Index n_rigid, const ModesNotKept& not_kept,
-                                   const std::vector<ComponentPart>& parts, bool of_faces, FreeEigenvalues* free) {
-  const ModesNotKept others = settled(not_kept, p, factor, s);
-  Superelement::Accuracy a = accuracy_of_fixed_modes(p, factor, motions, s, Phi, others);
+// What the reduced mass tells of the interface, and of each face, when it stops.
+void add_stops(const Superelement& s, bool of_faces, Superelement::Accuracy& a) {
   a.rho_res = residual_mass_share(s);
   const bool any_flat =
       of_faces && std::any_of(s.surfaces.begin(), s.surfaces.end(), [&](const Surface& f) { return is_nearly_flat(s, f); });
   const Matrix L = any_flat && s.c() <= largest_dense ? residual_mass_factor(s) : Matrix();
   for (const Surface& surface : s.surfaces)
     if (L.rows() > 0 && is_nearly_flat(s, surface)) a.surfaces[surface.name].impact = impact_share(s, L, surface);
+}
+
+}  // namespace
+
+Matrix free_motions(const Superelement& s, Index n_rigid) { return s.V.block(s.k(), 0, s.c(), n_free_motions(s, n_rigid)); }
+
+Superelement::Accuracy accuracy_of(const InteriorAnswers& answers, const InterfaceMotions& motions, const Superelement& s,
+                                   Index n_rigid, const ModesNotKept& others) {
+  Superelement::Accuracy a = accuracy_of_strain(motions, answers.D, s, others);
+  a.rho_floor = answers.rho_floor;
+  add_stops(s, true, a);
+  if (answers.missing.D.rows() == 0) return a;
+  Estimates estimates;
+  estimate_eigenvalue_errors(s, n_rigid, answers.missing, estimates);
+  if (!estimates.list.empty()) a.worst_of_ten = estimates.worst_of_ten;
+  take_estimates(std::move(estimates.trusted_list), HUGE_VAL, a);
+  return a;
+}
+
+Superelement::Accuracy accuracy_of_fixed_modes(const Partition& p, const SparseCholesky& factor, const InterfaceMotions& motions,
+                                               const Superelement& s, const Matrix& Phi, const ModesNotKept& others) {
+  const Index own = s.k() - s.n_residual, r = s.n_residual;
+  const LeftOfAnswer unheld = left_of_answer(p, factor, {Phi.leftCols(own)}, s.eigenvalues.tail(r), Phi.rightCols(r), motions.Y);
+  Superelement::Accuracy a = accuracy_of_strain(motions, unheld.D, s, others);
+  if (p.lumped) {
+    Vector3 floor = Vector3::Zero();
+    for (Index i = 0; i < s.c(); ++i) floor(s.dof_component[i]) += p.M_CC.coeff(i, i);
+    a.rho_floor = floor / s.rigid_body.mass;
+  }
+  return a;
+}
+
+Superelement::Accuracy accuracy_of(const Partition& p, const SparseCholesky& factor, const InterfaceMotions& motions,
+                                   const Superelement& s, const Matrix& Phi, Index n_rigid, const ModesNotKept& not_kept,
+                                   const std::vector<ComponentPart>& parts, bool of_faces, FreeEigenvalues* free) {
+  const ModesNotKept others = settled(not_kept, p, factor, s);
+  Superelement::Accuracy a = accuracy_of_fixed_modes(p, factor, motions, s, Phi, others);
+  add_stops(s, of_faces, a);
   Estimates estimates;
   if (!parts.empty()) {
     look_at_parts(parts, s, Phi, not_kept, a, estimates);

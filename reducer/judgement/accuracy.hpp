@@ -6,12 +6,14 @@
 #pragma once
 
 #include <cmath>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "common/app/report.hpp"
 #include "common/linalg/sparse/sparse_cholesky.hpp"
 #include "common/superelement/superelement.hpp"
+#include "reducer/judgement/missing_modes.hpp"
 #include "reducer/modes/component_parts.hpp"
 #include "reducer/partition/partition.hpp"
 
@@ -33,6 +35,9 @@ struct InterfaceMotions {
 // of_faces rigid ones alone.
 InterfaceMotions interface_motions(const Partition& p, const SparseCholesky& factor, const Superelement& s,
                                    const std::vector<Index>& part, bool of_faces = true);
+
+// Of these surfaces and W alone, which the superelement itself tells.
+InterfaceMotions motions_of_interface(const Superelement& s, const std::vector<Index>& part, bool of_faces = true);
 
 // What modes leave of E: D (m x m) of left_of_answer().
 struct StrainLeftOut {
@@ -79,6 +84,16 @@ constexpr Index n_estimated = 32, n_beside = 16;  // modes that are estimated, a
 Superelement::Accuracy accuracy_of(const Partition& p, const SparseCholesky& factor, const InterfaceMotions& motions,
                                    const Superelement& s, const Matrix& Phi, Index n_rigid, const ModesNotKept& not_kept,
                                    const std::vector<ComponentPart>& parts, bool of_faces, FreeEigenvalues* estimates);
+
+// The same of a component of one part whose interior has been asked already: what accuracy_of() takes from it.
+struct InteriorAnswers {
+  std::optional<Vector3> rho_floor;  // of the mass that is lumped at the interface
+  Matrix D;                          // left_of_answer() of motions.Y
+  MissingModes missing;              // of free_motions(); D without rows: not asked
+};
+Matrix free_motions(const Superelement& s, Index n_rigid);  // of the interface in the lowest free modes   (c x m)
+Superelement::Accuracy accuracy_of(const InteriorAnswers& answers, const InterfaceMotions& motions, const Superelement& s,
+                                   Index n_rigid, const ModesNotKept& others);
 
 // Of these only what fixed-interface modes leave out; without rho_res. s: eigenvalues and what describes its interface; `others`:
 // settled().
