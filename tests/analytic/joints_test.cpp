@@ -346,6 +346,9 @@ TEST_P(Joints, WhatCannotBeIsRefusedByName) {
   EXPECT_NE(refusal(", mass: 0", "").find("mass"), std::string::npos);
   EXPECT_NE(refusal(", inertia: [1, 2]", "").find("expected three"), std::string::npos);
   EXPECT_NE(refusal(", coupling: stiff", "").find("average, rigid"), std::string::npos);
+  EXPECT_NE(refusal(", coupling: rigid", "boundary:\n  - {instance: a, nodes: x_max, fix: [x]}\n").find("shares nodes with 'x_max'"),
+            std::string::npos);
+  EXPECT_NE(refusal(", coupling: rigid}, z: {surface: x_max, coupling: rigid", "").find("the rigid point 'tip'"), std::string::npos);
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, Joints, ::testing::ValuesIn(kinds),

@@ -53,6 +53,10 @@ std::string contact_line(const BuiltScene& built, Index p) {
   const ContactPair& pair = built.simulation.pairs[static_cast<std::size_t>(p)];
   std::ostringstream line;
   line.precision(3);
+  if (pair.is_link) {
+    line << "link " << pair.name << ": residual " << pair.seen().residual << " (good: below 1e-6)";
+    return line.str();
+  }
   line << "contact " << pair.name << ": " << counted(static_cast<Index>(pair.slave->nodes.size()), "slave node") << " of "
        << pair.slave->name;
   if (pair.law.law == ContactLaw::tied) {

@@ -189,6 +189,7 @@ class LinkMaker {
   // Every motion of the set's nodes but that of a rigid body is held.
   void add_rigid(Index i, const std::string& name, const Component::Point& point) {
     const std::string& instance = index_.scene().instances[i].name;
+    refuse_what_is_held(i, name, point);
     const auto& body = static_cast<const PointedBody&>(*sim_.bodies[i]);
     const Index contact = contact_of_instance_.at(i);
     PairOptions options;
@@ -210,6 +211,26 @@ class LinkMaker {
   }
 
  private:
+  std::set<Index> nodes_of(Index i, const std::string& set, const SourceLine& source) const {
+    const std::vector<Index> nodes = find_nodes(*built_.instances[i].geometry, index_.scene().instances[i].name, set, source);
+    return {nodes.begin(), nodes.end()};
+  }
+
+  // What is held already cannot be held once more: the forces of either would be any.
+  void refuse_what_is_held(Index i, const std::string& name, const Component::Point& point) const {
+    const Instance& instance = index_.scene().instances[i];
+    const std::set<Index> rigid = nodes_of(i, point.nodes, point.source);
+    const auto refuse = [&](const std::set<Index>& held, const std::string& by) {
+      if (std::none_of(held.begin(), held.end(), [&](Index node) { return rigid.count(node) > 0; })) return;
+      throw InputError(point.source.text() + ": coupling: rigid of '" + instance.name + "." + name + "' shares nodes with " + by +
+                       ", which is over-determined: take sets without common nodes, coupling: average, or a link to the ground");
+    };
+    for (const BoundaryCondition* condition : index_.boundary(instance))
+      refuse(nodes_of(i, condition->nodes, condition->source), "'" + condition->nodes + "' under 'boundary'");
+    for (const auto& [other, of] : component_of(index_.scene(), instance).points)
+      if (of.rigid && other < name) refuse(nodes_of(i, of.nodes, of.source), "the rigid point '" + other + "'");
+  }
+
   // Of the square of the highest frequency: without a share in equilibrium.
   static constexpr double no_pull = 1e-10;
 
