@@ -2,13 +2,11 @@
 #include "dynamics/run/contact_step.hpp"
 
 #include <algorithm>
-#include <limits>
 #include <map>
-#include <sstream>
 
-#include "common/base/error.hpp"
 #include "dynamics/run/contact_booking.hpp"
 #include "dynamics/run/contact_group.hpp"
+#include "dynamics/run/settle_contact.hpp"
 #include "dynamics/run/stopwatch.hpp"
 
 namespace cbr {
@@ -127,86 +125,6 @@ EnforcementResult enforce(Simulation& sim, const ContactGroup& group, double h, 
   return result;
 }
 
-bool is_newmark(const Simulation& sim, const ContactGroup& group) {
-  return !group.bodies.empty() && sim.bodies[sim.contact_nodes[group.bodies.front()].body]->scheme() == Scheme::newmark;
-}
-
-// The points of the group that hold: springs have velocities of their own.
-struct Holding {
-  std::vector<Index> places;
-  ContactList list;
-  std::vector<PointLaw> laws;
-  Points p;
-  Points walls;  // velocities of the walls that points meet
-};
-
-Holding holding_points(const Simulation& sim, const ContactGroup& group, const Points& p) {
-  Holding of;
-  for (const ContactSearch& search : group.searches)
-    for (auto i = search.first; !sim.pairs[search.pair].yields && i < search.last; ++i) of.places.push_back(static_cast<Index>(i));
-  of.walls.setZero(static_cast<Index>(of.places.size()), 3);
-  for (Index row = 0; const ContactSearch& search : group.searches) {
-    if (sim.pairs[search.pair].yields) continue;
-    const auto n = static_cast<Index>(search.last - search.first);
-    if (const auto& wall = sim.pairs[search.pair].wall) of.walls.middleRows(row, n).rowwise() = wall->shift().velocity.transpose();
-    row += n;
-  }
-  if (of.places.size() == group.list.points.size()) {
-    of.list = group.list, of.laws = group.laws, of.p = p;
-    return of;
-  }
-  of.list.terms = group.list.terms;
-  for (const Index i : of.places) of.list.points.push_back(group.list.points[i]), of.laws.push_back(group.laws[i]);
-  of.p = p(of.places, Eigen::all);
-  return of;
-}
-
-// Of the points, in their frames.
-Points relative_velocities(const ContactList& list, const std::vector<Points>& v, const Points& walls) {
-  Points relative(static_cast<Index>(list.points.size()), 3);
-  for (Index i = 0; i < relative.rows(); ++i) {
-    const ContactPoint& point = list.points[i];
-    Vector3 sum = -walls.row(i).transpose();
-    for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {
-      const ContactTerm& term = list.terms[t];
-      sum += term.coefficient * v[term.body].row(term.node).transpose();
-    }
-    relative.row(i) = (point.frame * sum).transpose();
-  }
-  return relative;
-}
-
-// The velocities of what is closed; `result` has the total impulses then.
-void settle(Simulation& sim, const ContactGroup& group, ContactState& state, EnforcementResult& result) {
-  const Holding holding = holding_points(sim, group, result.p);
-  if (holding.p.isZero(0)) return;
-  std::vector<Points> v(state.bodies.size());
-  for (const Index b : group.bodies) {
-    const ContactNodes& nodes = sim.contact_nodes[b];
-    ContactBody& contact = state.bodies[b];
-    sim.bodies[nodes.body]->end_velocities(nodes.set, v[b]);
-    if (contact.velocity_response.empty()) contact.velocity_response = sim.bodies[nodes.body]->velocity_response(nodes.set);
-    contact.impulses.setZero(), contact.friction.setZero();
-  }
-  const Points change = settle_velocities(holding.list, holding.laws, holding.p, relative_velocities(holding.list, v, holding.walls), state.bodies,
-                                          state.settled[group.searches.front().pair]);
-  if (!change.allFinite()) {
-    result.residual = std::numeric_limits<double>::infinity();
-    return;
-  }
-  spread_impulses(holding.list, holding.laws, change, state.bodies);
-  for (const Index b : group.bodies) {
-    ContactBody& contact = state.bodies[b];
-    const ContactNodes& nodes = sim.contact_nodes[b];
-    Body& body = *sim.bodies[nodes.body];
-    if (!contact.impulses.isZero(0)) body.add_end_impulses(nodes.set, contact.impulses, ImpulseKind::contact);
-    if (!contact.friction.isZero(0)) body.add_end_impulses(nodes.set, contact.friction, ImpulseKind::friction);
-    state.impulses_since_output[b] += contact.impulses + contact.friction;
-  }
-  for (std::size_t i = 0; i < holding.places.size(); ++i)
-    result.p.row(holding.places[i]) += change.row(static_cast<Index>(i));
-}
-
 // What statics do beside shapes with mass under the last step's forces, in scene axes: the predicted end is without it, and nearly
 // the same comes again. Empty: nothing.
 Points last_statics(const ContactBody& body) {
@@ -318,56 +236,6 @@ void finish_springs(const Simulation& sim, const ContactState& state, PushedSpri
   remember(sim, springs.group, springs.result);
 }
 
-// For messages: "impact.yaml:12: contact a.top - b.bottom: "
-std::string where(const ContactPair& pair) {
-  return (pair.source ? pair.source->text() + ": " : "") + "contact " + pair.name + ": ";
-}
-
-// Of `all`, pairs that lie apart are not tied.
-void tie_pair(Simulation& sim, ContactPair& pair, ContactState& state) {
-  for (const Index b : {pair.slave->body, pair.master->body}) {
-    const ContactNodes& nodes = sim.contact_nodes[b];
-    sim.bodies[nodes.body]->positions(nodes.set, state.bodies[b].start);
-  }
-  const Points &slave = state.bodies[pair.slave->body].start, &master = state.bodies[pair.master->body].start;
-  ContactList ties;
-  Points offset;
-  const TieReport report = pair.formulation == Formulation::mortar
-                               ? tie_mortar(*pair.slave, slave, *pair.master, master, sim.detection, pair.adjust, ties, offset)
-                               : tie_surfaces(*pair.slave, slave, *pair.master, master, pair.adjust, ties, offset);
-  if (!ties.empty()) {
-    PairState& now = pair.state();
-    now.ties = std::move(ties), now.tie_offset = std::move(offset), now.tie_report = report;
-    return;
-  }
-  if (pair.of_all) return;
-  std::ostringstream message;
-  message << where(pair) << "tied: no node of " << pair.slave->name << " is within ";
-  if (pair.adjust) {
-    message << *pair.adjust;
-  } else {
-    message << "5 % of a face";
-  }
-  message << " of " << pair.master->name << " at the start: give adjust a length that spans what lies between";
-  throw InputError(message.str());
-}
-
-void tie_pairs(Simulation& sim, ContactState& state) {
-  const ContactPair* of_all = nullptr;
-  bool any = false;
-  for (ContactPair& pair : sim.pairs) {
-    if (pair.law.law != ContactLaw::tied || pair.is_link) continue;
-    tie_pair(sim, pair, state);
-    if (!pair.of_all) continue;
-    of_all = &pair;
-    any |= !pair.seen().ties.empty();
-  }
-  if (of_all && !any)
-    throw InputError(of_all->source->text() +
-                     ": contact: all, tied: no two instances are close enough to each other at the start: " +
-                     "give adjust a length that spans what lies between");
-}
-
 }  // namespace
 
 void ContactOutcome::start(const Simulation& simulation) {
@@ -385,31 +253,6 @@ void ContactOutcome::next_step() {
   std::fill(touched.begin(), touched.end(), 0);
   for (const Index p : searched) near[p] = 0, active[p] = 0;
   searched.clear();
-}
-
-ContactState start_contact(Simulation& sim) {
-  ContactState state;
-  const std::size_t n = sim.contact_nodes.size();
-  state.bodies.resize(n), state.masses.resize(n), state.impulses_since_output.resize(n), state.normal_since_output.resize(n);
-  for (std::size_t b = 0; b < n; ++b) {
-    state.bodies[b].impulses.setZero(static_cast<Index>(sim.contact_nodes[b].nodes.size()), 3);
-    state.impulses_since_output[b] = state.bodies[b].friction = state.bodies[b].impulses;
-    if (sim.contact_nodes[b].areas.size() > 0) state.normal_since_output[b] = state.bodies[b].impulses;
-  }
-  tie_pairs(sim, state);
-  for (const ContactPair& pair : sim.pairs) {
-    if (pair.enforcement != Enforcement::nodal) continue;
-    for (const Index b : {pair.slave->body, pair.master->body}) {
-      const ContactNodes& nodes = sim.contact_nodes[b];
-      state.masses[b] = sim.bodies[nodes.body]->nodal_masses(nodes.set);
-      if (!(state.masses[b].minCoeff() > 0)) {
-        throw InputError(
-            where(pair) + "nodal enforcement: instance '" + sim.bodies[nodes.body]->name() +
-            "' has a row sum of its mass that is not positive, so its nodes cannot be weighed: use enforcement: impulse");
-      }
-    }
-  }
-  return state;
 }
 
 void contact_step(Simulation& sim, const std::vector<Index>& due, double h, bool initial, ContactState& state,
