@@ -247,7 +247,7 @@ TEST_F(DamagedSuperelement, filesThatAreNoSuperelement) {
 TEST_F(DamagedSuperelement, cutAnywhere) {
   write_superelement(test::sample_superelement(), file);
   const std::string bytes = test::bytes_of(file);
-  for (std::size_t length = 0; length < bytes.size(); length += 1 + bytes.size() / 400) {
+  for (std::size_t length = 0; length < bytes.size(); length += 1 + bytes.size() / 100) {
     test::write_bytes(file, bytes.substr(0, length));
     EXPECT_FALSE(refusal(file).empty()) << "cut after " << length << " of " << bytes.size() << " bytes";
   }
@@ -260,7 +260,7 @@ TEST_F(DamagedSuperelement, anyByteChanged) {
   ASSERT_NE(bytes.find("GCOL"), std::string::npos);
   std::mt19937 random(5);
   int refused = 0;
-  for (int trial = 0; trial < 1000; ++trial) {
+  for (int trial = 0; trial < 200; ++trial) {
     std::string damaged = bytes;
     // Every other time in the heap of strings: the one place without a checksum where the library follows what it finds.
     const std::size_t begin = trial % 2 == 0 ? 0 : bytes.find("GCOL"), length = trial % 2 == 0 ? bytes.size() : 500;
@@ -268,7 +268,7 @@ TEST_F(DamagedSuperelement, anyByteChanged) {
     test::write_bytes(file, damaged);
     if (!refusal(file).empty()) ++refused;
   }
-  EXPECT_GT(refused, 300);
+  EXPECT_GT(refused, 60);
   EXPECT_EQ(H5Fget_obj_count(H5F_OBJ_ALL, H5F_OBJ_ALL), 0);  // handles left open, which lsan.supp hides
 }
 
