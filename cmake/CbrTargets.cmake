@@ -16,20 +16,17 @@ function(cbr_flags target)
 endfunction()
 
 # Tests spend their time in the libraries, which keep the build's own flags. Builds through a compiler cache keep them for
-# tests too: they find again what was compiled before. At -O1 GCC 12 takes vectors that Eigen has filled for empty ones.
+# tests too: they find again what was compiled before.
 if(CBR_PRECOMPILE)
-  set(CBR_TEST_FLAGS "$<$<CONFIG:Release>:-O1>")
-  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-    list(APPEND CBR_TEST_FLAGS "$<$<CONFIG:Release>:-Wno-maybe-uninitialized>")
-  endif()
+  set(CBR_TEST_FLAGS "$<$<CONFIG:Release>:-O0>")
 endif()
 
-# cbr_target(NAME [cbr_test_precompiled]): flags, and which precompiled headers (cmake/precompiled). Those of tests bring the
-# flags of tests, as the compiler takes precompiled headers only for the same flags.
+# cbr_target(NAME [cbr_common_precompiled | cbr_test_precompiled]): flags, and which precompiled headers (cmake/precompiled).
+# Those of tests bring the flags of tests, as the compiler takes precompiled headers only for the same flags.
 function(cbr_target target)
   cbr_flags(${target})
   if(CBR_PRECOMPILE)
-    set(headers cbr_precompiled ${ARGN})
+    set(headers cbr_scene_precompiled ${ARGN})
     list(GET headers -1 headers)
     target_precompile_headers(${target} REUSE_FROM ${headers})
     if(headers STREQUAL cbr_test_precompiled)

@@ -178,16 +178,16 @@ Graph subgraph(const Graph& graph, const std::vector<Index>& members) {
   return sub;
 }
 
-struct Component {
+struct ConnectedPart {
   std::vector<Index> members;  // vertices
   Index weight = 0, n_domains = 1;
 };
 
-std::vector<Component> components_of(const Graph& graph) {
+std::vector<ConnectedPart> components_of(const Graph& graph) {
   const Pieces pieces = pieces_of(graph, std::vector<Index>(graph.weight.size(), 0));
-  std::vector<Component> components(pieces.part.size());
+  std::vector<ConnectedPart> components(pieces.part.size());
   for (std::size_t v = 0; v < pieces.piece.size(); ++v) {
-    Component& component = components[static_cast<std::size_t>(pieces.piece[v])];
+    ConnectedPart& component = components[static_cast<std::size_t>(pieces.piece[v])];
     component.members.push_back(static_cast<Index>(v));
     component.weight += graph.weight[v];
   }
@@ -195,10 +195,10 @@ std::vector<Component> components_of(const Graph& graph) {
 }
 
 // One domain after the other to the component that has the most weight for each of its domains.
-void share_out(std::vector<Component>& components, Index n) {
+void share_out(std::vector<ConnectedPart>& components, Index n) {
   for (Index given = static_cast<Index>(components.size()); given < n; ++given) {
-    Component* neediest = nullptr;
-    for (Component& c : components) {
+    ConnectedPart* neediest = nullptr;
+    for (ConnectedPart& c : components) {
       if (c.n_domains >= static_cast<Index>(c.members.size())) continue;
       if (neediest == nullptr || c.weight * neediest->n_domains > neediest->weight * c.n_domains) neediest = &c;
     }
@@ -207,7 +207,7 @@ void share_out(std::vector<Component>& components, Index n) {
 }
 
 // More components than domains: the heaviest first, each to the lightest domain.
-void pack(const std::vector<Component>& components, Index n, std::vector<Index>& domain) {
+void pack(const std::vector<ConnectedPart>& components, Index n, std::vector<Index>& domain) {
   std::vector<std::size_t> order(components.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(),
@@ -243,13 +243,13 @@ Decomposition decompose(const Mesh& mesh, Index n) {
   Decomposition decomposition{n, std::vector<Index>(static_cast<std::size_t>(elements.size()), 0)};
   if (n == 1) return decomposition;
   const Graph graph = face_graph(mesh);
-  std::vector<Component> components = components_of(graph);
+  std::vector<ConnectedPart> components = components_of(graph);
   if (n < static_cast<Index>(components.size())) {
     pack(components, n, decomposition.domain);
   } else {
     share_out(components, n);
     Index first = 0;
-    for (const Component& component : components) {
+    for (const ConnectedPart& component : components) {
       const std::vector<Index> part =
           best_partition(elements, component.members, subgraph(graph, component.members), component.n_domains);
       for (std::size_t i = 0; i < part.size(); ++i)
